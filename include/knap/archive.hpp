@@ -1,0 +1,89 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "knap/geometry.hpp"
+#include "knap/job.hpp"
+
+namespace knap {
+
+/// The integer lattice that all positions of an archive lie on: position = origin + index * step.
+struct Lattice {
+    Vec3 origin;      ///< cloud units
+    double step = 0;  ///< cloud units, > 0, the same on every axis
+};
+
+/// One source as the manifest names it.
+struct ManifestSource {
+    std::string path;    ///< as the job gave it
+    std::string format;
+    std::uint64_t points = 0;
+    std::uint64_t rejected = 0;
+    std::uint64_t bytes = 0;
+    std::string xxh3;    ///< XXH3-128 of the file, 32 hex digits
+    CoordinateFormat coordinates;
+    std::vector<Attribute> schema;
+    std::string crs;     ///< WKT or "EPSG:n"; empty if none
+};
+
+/// One tile as the manifest names it.
+struct ManifestTile {
+    std::string file;  ///< relative to the archive: "tiles/000000.drc"
+    std::uint64_t points = 0;
+    Box box;           ///< of the tile's points on the lattice, cloud units
+    std::int64_t origin[3] = {0, 0, 0};  ///< lattice index of the tile's local (0, 0, 0)
+    std::uint64_t bytes = 0;
+    std::string xxh3;  ///< XXH3-64 of the file, 16 hex digits
+};
+
+/// manifest.json, written last: an archive without one is not an archive. See docs/formats.md.
+struct Manifest {
+    int format_version = 1;
+    std::string knap_version;
+    std::vector<std::pair<std::string, std::string>> parameters;  ///< key and value of all that shape the result
+    std::vector<ManifestSource> sources;
+    Counts counts;
+    double spacing = 0;         ///< cloud units
+    double mean_curvature = 0;  ///< 1 / cloud unit
+    Lattice lattice;
+    Box box;                    ///< of the kept points on the lattice
+    std::string crs;            ///< of the archive: the sources', if they agree
+    std::vector<ManifestTile> tiles;
+};
+
+/// What verify() found.
+struct Verification {
+    std::uint64_t tiles = 0;
+    std::uint64_t points = 0;
+    std::uint64_t bytes = 0;
+};
+
+/// A finished archive on disk.
+class Archive {
+  public:
+    /// @throws InputError if the folder has no manifest, or it is malformed or of a newer version
+    explicit Archive(const std::filesystem::path& folder);
+
+    const Manifest& manifest() const { return manifest_; }
+    const std::filesystem::path& folder() const { return folder_; }
+
+    /// Positions of one tile, cloud units, on the lattice, in the order they are stored.
+    /// @param tile  index into manifest().tiles
+    /// @throws InputError if the file is missing, fails its checksum or does not decode
+    std::vector<Vec3> read_tile(std::size_t tile) const;
+
+    /// Checks every checksum, count, box and decodes every tile; files that the manifest does not
+    /// name are an error too.
+    /// @throws InputError naming the first file that is wrong
+    Verification verify() const;
+
+  private:
+    std::filesystem::path folder_;
+    Manifest manifest_;
+};
+
+}  // namespace knap

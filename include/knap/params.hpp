@@ -1,0 +1,85 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+namespace knap {
+
+/// How mean curvature is estimated (method sections 2 and 3).
+struct CurvatureParams {
+    int neighbours = 30;  ///< nearest other points a point's surface is read from, [3, 255]
+    int samples = 8;      ///< samples along each axis (N of the truncated Fourier series), even, [4, 64]
+    double step = 0.8;    ///< distance of two samples over the mean spacing, (0, 10]
+};
+
+/// Which neighbours of a kept point it stands for.
+struct RangeParams {
+    double alpha = 0.0;           ///< range at mean curvature, cloud units, > 0
+    double min_factor = 1.0 / 3;  ///< smallest range / alpha, (0, 1]
+    double max_factor = 8.0;      ///< largest range / alpha, >= 1, may be infinite
+};
+
+/// Where the result goes and how it is cut. `path`: an archive folder, or a file ending in .drc or .ply.
+struct OutputParams {
+    std::string path;
+    double step = 0;                    ///< lattice step, cloud units, >= 0; 0: LAS scale or spacing / 64
+    std::uint64_t tile_points = 100000; ///< most points in a tile, [1000, 10000000]
+    std::string ids;                    ///< also write the kept ids to this file; empty: do not
+    bool overwrite = false;             ///< replace an output that exists
+};
+
+/// What the job may use. Nothing here changes the result.
+struct ResourceParams {
+    std::uint64_t memory_bytes = std::uint64_t{4} << 30;  ///< resident memory, >= 256 MiB
+    int threads = 0;                                      ///< [0, 1024]; 0: one a core
+    std::string scratch;                                  ///< working folder; empty: beside the output
+    std::uint64_t brick_points = 0;                       ///< points a brick aims at; 0: by memory
+};
+
+/// A whole job: what `knap run` reads from a file.
+struct Job {
+    std::vector<std::string> input;  ///< files, folders and globs: one archive
+    CurvatureParams curvature;
+    RangeParams range;
+    OutputParams output;
+    ResourceParams resources;
+};
+
+/// A pointer to one field of a Job; `Bytes` takes suffixes KiB, MiB, GiB, TiB.
+struct Bytes {
+    std::uint64_t* value;
+};
+using ParameterField =
+    std::variant<double*, int*, std::uint64_t*, Bytes, bool*, std::string*, std::vector<std::string>*>;
+
+/// One row of the table behind job files, flags, `--help`, validation and the manifest.
+struct Parameter {
+    std::string_view key;    ///< in a job file: "range.alpha"
+    std::string_view flag;   ///< on the command line: "--alpha"
+    std::string_view unit;   ///< "cloud units", "points", ""
+    std::string_view range;  ///< allowed values as text: "> 0"
+    std::string_view help;   ///< one line
+    double low = -std::numeric_limits<double>::infinity();  ///< numbers: smallest allowed value
+    double high = std::numeric_limits<double>::infinity();  ///< numbers: largest allowed value
+    bool low_open = false;   ///< `low` itself is not allowed
+    bool required = false;   ///< has no usable default
+    bool in_result = false;  ///< changes the result, so it is part of the manifest
+    ParameterField (*field)(Job&) = nullptr;
+};
+
+/// Every parameter once, in the order of the job file.
+std::span<const Parameter> parameters();
+
+/// Checks a job against the table.
+/// @throws ConfigError naming the first key out of range, its value and the range
+void validate(const Job& job);
+
+/// The value of a parameter as a job file would write it.
+std::string format_value(const Parameter& parameter, const Job& job);
+
+}  // namespace knap

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace knap {
+
+/// A file open for reading at any place; closed with the object. Thread-safe.
+class InputFile {
+  public:
+    /// @throws InputError if the file is missing, a folder or unreadable, naming it and the reason
+    explicit InputFile(std::filesystem::path path);
+    ~InputFile();
+    InputFile(InputFile&& other) noexcept;
+    InputFile& operator=(InputFile&&) = delete;
+
+    const std::filesystem::path& path() const { return path_; }
+    std::uint64_t size() const { return size_; }
+
+    /// Reads up to buffer.size() bytes at `offset`.
+    /// @return bytes read; fewer than asked only at the end of the file
+    /// @throws InputError if the system cannot read
+    std::size_t read_some(std::uint64_t offset, std::span<std::byte> buffer) const;
+
+  private:
+    std::filesystem::path path_;
+    int descriptor_ = -1;
+    std::uint64_t size_ = 0;
+};
+
+/// A file that appears under its name whole or not at all: written beside it under a temporary
+/// name, synced and renamed by commit(). Without commit() it leaves nothing behind.
+class AtomicFile {
+  public:
+    /// @throws StorageError if the file cannot be created
+    explicit AtomicFile(std::filesystem::path path);
+    ~AtomicFile();
+    AtomicFile(const AtomicFile&) = delete;
+    AtomicFile& operator=(const AtomicFile&) = delete;
+
+    /// @throws StorageError if the disk is full or fails
+    void write(std::span<const std::byte> bytes);
+    void write(std::string_view text);
+
+    /// Bytes written so far.
+    std::uint64_t size() const { return size_; }
+
+    /// Syncs, renames and syncs the folder.
+    /// @throws StorageError
+    void commit();
+
+  private:
+    std::filesystem::path path_;
+    std::filesystem::path temporary_;
+    int descriptor_ = -1;
+    std::uint64_t size_ = 0;
+};
+
+/// Appends to a file, which is created if it is not there; opens and closes it, so that any number
+/// of files can grow side by side.
+/// @throws StorageError if the disk is full or fails
+void append_to_file(const std::filesystem::path& path, std::span<const std::byte> bytes);
+
+/// The whole of a small file.
+/// @throws InputError if it cannot be read
+std::string read_text_file(const std::filesystem::path& path);
+
+/// Writes a small file atomically.
+/// @throws StorageError
+void write_text_file(const std::filesystem::path& path, std::string_view text);
+
+/// Bytes as text with a binary unit: "1.5 GiB".
+std::string format_bytes(std::uint64_t bytes);
+
+}  // namespace knap

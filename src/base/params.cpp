@@ -1,0 +1,227 @@
+#include "knap/params.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <array>
+#include <cmath>
+
+#include "knap/error.hpp"
+
+namespace knap {
+
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+constexpr std::array kParameters{
+    Parameter{.key = "input",
+              .flag = "input",
+              .unit = "",
+              .range = "files, folders, globs",
+              .help = "point clouds that make up the archive, in this order",
+              .required = true,
+              .field = [](Job& job) -> ParameterField { return &job.input; }},
+    Parameter{.key = "curvature.neighbours",
+              .flag = "--neighbours",
+              .unit = "points",
+              .range = "3 .. 255",
+              .help = "nearest other points that a point's curvature is read from",
+              .low = 3,
+              .high = 255,
+              .in_result = true,
+              .field = [](Job& job) -> ParameterField { return &job.curvature.neighbours; }},
+    Parameter{.key = "curvature.samples",
+              .flag = "--samples",
+              .unit = "",
+              .range = "even, 4 .. 64",
+              .help = "samples along each axis of the truncated Fourier series",
+              .low = 4,
+              .high = 64,
+              .in_result = true,
+              .field = [](Job& job) -> ParameterField { return &job.curvature.samples; }},
+    Parameter{.key = "curvature.step",
+              .flag = "--sample-step",
+              .unit = "mean spacings",
+              .range = "> 0, <= 10",
+              .help = "distance between two samples",
+              .low = 0,
+              .high = 10,
+              .low_open = true,
+              .in_result = true,
+              .field = [](Job& job) -> ParameterField { return &job.curvature.step; }},
+    Parameter{.key = "range.alpha",
+              .flag = "--alpha",
+              .unit = "cloud units",
+              .range = "> 0",
+              .help = "radius that a point of mean curvature stands for",
+              .low = 0,
+              .high = std::numeric_limits<double>::max(),
+              .low_open = true,
+              .required = true,
+              .in_result = true,
+              .field = [](Job& job) -> ParameterField { return &job.range.alpha; }},
+    Parameter{.key = "range.min_factor",
+              .flag = "--min-factor",
+              .unit = "",
+              .range = "> 0, <= 1",
+              .help = "smallest radius over alpha, at the sharpest features",
+              .low = 0,
+              .high = 1,
+              .low_open = true,
+              .in_result = true,
+              .field = [](Job& job) -> ParameterField { return &job.range.min_factor; }},
+    Parameter{.key = "range.max_factor",
+              .flag = "--max-factor",
+              .unit = "",
+              .range = ">= 1, or inf",
+              .help = "largest radius over alpha, on flat ground",
+              .low = 1,
+              .high = kInfinity,
+              .in_result = true,
+              .field = [](Job& job) -> ParameterField { return &job.range.max_factor; }},
+    Parameter{.key = "output.path",
+              .flag = "--output",
+              .unit = "",
+              .range = "a folder, or a file ending in .drc or .ply",
+              .help = "where the result goes: an archive folder, or one file",
+              .required = true,
+              .field = [](Job& job) -> ParameterField { return &job.output.path; }},
+    Parameter{.key = "output.step",
+              .flag = "--step",
+              .unit = "cloud units",
+              .range = ">= 0",
+              .help = "lattice step of Draco output; 0: the LAS scale, else about spacing / 64",
+              .low = 0,
+              .high = std::numeric_limits<double>::max(),
+              .in_result = true,
+              .field = [](Job& job) -> ParameterField { return &job.output.step; }},
+    Parameter{.key = "output.tile_points",
+              .flag = "--tile-points",
+              .unit = "points",
+              .range = "1000 .. 10000000",
+              .help = "most points in one tile",
+              .low = 1000,
+              .high = 1e7,
+              .in_result = true,
+              .field = [](Job& job) -> ParameterField { return &job.output.tile_points; }},
+    Parameter{.key = "output.ids",
+              .flag = "--ids",
+              .unit = "",
+              .range = "a file",
+              .help = "also write the kept ids, one decimal number a line, ascending",
+              .field = [](Job& job) -> ParameterField { return &job.output.ids; }},
+    Parameter{.key = "output.overwrite",
+              .flag = "--overwrite",
+              .unit = "",
+              .range = "true, false",
+              .help = "replace an output that exists",
+              .field = [](Job& job) -> ParameterField { return &job.output.overwrite; }},
+    Parameter{.key = "resources.memory",
+              .flag = "--memory",
+              .unit = "bytes, or with KiB, MiB, GiB, TiB",
+              .range = ">= 256MiB",
+              .help = "resident memory that the job may use",
+              .low = 256.0 * 1024 * 1024,
+              .field = [](Job& job) -> ParameterField { return Bytes{&job.resources.memory_bytes}; }},
+    Parameter{.key = "resources.threads",
+              .flag = "--threads",
+              .unit = "",
+              .range = "0 .. 1024",
+              .help = "threads; 0: one a core",
+              .low = 0,
+              .high = 1024,
+              .field = [](Job& job) -> ParameterField { return &job.resources.threads; }},
+    Parameter{.key = "resources.scratch",
+              .flag = "--scratch",
+              .unit = "",
+              .range = "a folder",
+              .help = "where working files go; empty: beside the output",
+              .field = [](Job& job) -> ParameterField { return &job.resources.scratch; }},
+    Parameter{.key = "resources.brick_points",
+              .flag = "--brick-points",
+              .unit = "points",
+              .range = ">= 0",
+              .help = "points a brick aims at; 0: as many as memory and threads suggest",
+              .low = 0,
+              .field = [](Job& job) -> ParameterField { return &job.resources.brick_points; }},
+};
+
+struct Numeric {
+    bool is_number = false;
+    double value = 0;
+};
+
+Numeric numeric(const ParameterField& field) {
+    return std::visit(
+        [](auto pointer) -> Numeric {
+            using T = decltype(pointer);
+            if constexpr (std::is_same_v<T, Bytes>) {
+                return {true, static_cast<double>(*pointer.value)};
+            } else if constexpr (std::is_same_v<T, double*> || std::is_same_v<T, int*> ||
+                                 std::is_same_v<T, std::uint64_t*>) {
+                return {true, static_cast<double>(*pointer)};
+            } else {
+                return {};
+            }
+        },
+        field);
+}
+
+bool is_missing(const ParameterField& field) {
+    if (const auto* text = std::get_if<std::string*>(&field)) {
+        return (*text)->empty();
+    }
+    if (const auto* list = std::get_if<std::vector<std::string>*>(&field)) {
+        return (*list)->empty();
+    }
+    return numeric(field).value == 0;
+}
+
+}  // namespace
+
+std::span<const Parameter> parameters() {
+    return kParameters;
+}
+
+std::string format_value(const Parameter& parameter, const Job& job) {
+    Job copy = job;
+    return std::visit(
+        [](auto pointer) -> std::string {
+            using T = decltype(pointer);
+            if constexpr (std::is_same_v<T, Bytes>) {
+                return fmt::format("{}", *pointer.value);
+            } else if constexpr (std::is_same_v<T, std::vector<std::string>*>) {
+                return fmt::format("{}", *pointer);
+            } else {
+                return fmt::format("{}", *pointer);
+            }
+        },
+        parameter.field(copy));
+}
+
+void validate(const Job& job) {
+    Job copy = job;
+    for (const Parameter& parameter : kParameters) {
+        const ParameterField field = parameter.field(copy);
+        if (parameter.required && is_missing(field)) {
+            throw ConfigError(fmt::format("{} ({}): expected {}, found none", parameter.key,
+                                          parameter.flag, parameter.range));
+        }
+        const Numeric number = numeric(field);
+        // Written so that NaN fails.
+        const bool inside = number.value >= parameter.low && number.value <= parameter.high &&
+                            !(parameter.low_open && number.value == parameter.low);
+        if (number.is_number && !inside) {
+            throw ConfigError(fmt::format("{} ({}): expected {}, found {}", parameter.key,
+                                          parameter.flag, parameter.range,
+                                          format_value(parameter, job)));
+        }
+    }
+    if (job.curvature.samples % 2 != 0) {
+        throw ConfigError(fmt::format("curvature.samples (--samples): expected even, 4 .. 64, found {}",
+                                      job.curvature.samples));
+    }
+}
+
+}  // namespace knap

@@ -1,0 +1,60 @@
+#include "base/threads.hpp"
+
+#include <tbb/global_control.h>
+
+#include <atomic>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace knap {
+
+int thread_count(int requested) {
+    if (requested > 0) {
+        return requested;
+    }
+    return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+struct ThreadLimit::Control {
+    tbb::global_control control;
+};
+
+ThreadLimit::ThreadLimit(int threads)
+    : control_(new Control{tbb::global_control(tbb::global_control::max_allowed_parallelism,
+                                               static_cast<std::size_t>(threads))}) {}
+
+ThreadLimit::~ThreadLimit() = default;
+
+void run_tasks(std::size_t n, int workers, const std::function<void(std::size_t)>& task) {
+    std::atomic<std::size_t> next{0};
+    std::atomic<bool> failed{false};
+    std::exception_ptr error;
+    std::mutex mutex;
+    const auto work = [&] {
+        for (std::size_t i = next++; i < n && !failed; i = next++) {
+            try {
+                task(i);
+            } catch (...) {
+                const std::scoped_lock lock(mutex);
+                if (!failed.exchange(true)) {
+                    error = std::current_exception();
+                }
+            }
+        }
+    };
+    std::vector<std::thread> threads;
+    const std::size_t extra = std::min(static_cast<std::size_t>(std::max(workers, 1)), n);
+    for (std::size_t i = 1; i < extra; ++i) {
+        threads.emplace_back(work);
+    }
+    work();
+    for (std::thread& thread : threads) {
+        thread.join();
+    }
+    if (error) {
+        std::rethrow_exception(error);
+    }
+}
+
+}  // namespace knap
