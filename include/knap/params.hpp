@@ -75,7 +75,11 @@ struct Parameter {
 /// Every parameter once, in the order of the job file.
 std::span<const Parameter> parameters();
 
-/// Checks a job against the table.
+/// Checks the value of one parameter against its range; whether it was given at all is not asked.
+/// @throws ConfigError naming the key, its value and the range
+void validate(const Parameter& parameter, const Job& job);
+
+/// Checks a job against the table: every required parameter is there, every value in its range.
 /// @throws ConfigError naming the first key out of range, its value and the range
 void validate(const Job& job);
 

@@ -1,5 +1,6 @@
 #include "base/exact_sum.hpp"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 
@@ -10,6 +11,7 @@ namespace {
 constexpr std::int64_t kBase = std::int64_t{1} << 32;
 constexpr int kMantissaBits = 52;
 constexpr int kBias = 1023;
+__extension__ using Uint128 = unsigned __int128;
 
 }  // namespace
 
@@ -26,7 +28,7 @@ void ExactSum::add(double value) {
     const auto limb = static_cast<std::size_t>(position / 32);
     const int shift = position % 32;
     const std::int64_t sign = (bits >> 63) != 0 ? -1 : 1;
-    const unsigned __int128 wide = static_cast<unsigned __int128>(mantissa) << shift;
+    const Uint128 wide = static_cast<Uint128>(mantissa) << shift;
     limbs_[limb] += sign * static_cast<std::int64_t>(wide & 0xffffffffU);
     limbs_[limb + 1] += sign * static_cast<std::int64_t>((wide >> 32) & 0xffffffffU);
     limbs_[limb + 2] += sign * static_cast<std::int64_t>(wide >> 64);
@@ -76,7 +78,7 @@ double ExactSum::value() const {
     }
     // The top three limbs hold at least 65 significant bits; what is below them can only decide a
     // tie, so it is folded into one sticky bit.
-    unsigned __int128 head = 0;
+    Uint128 head = 0;
     for (int i = top; i > top - 3; --i) {
         head = (head << 32) | static_cast<std::uint64_t>(i >= 0 ? sum.limbs_[static_cast<std::size_t>(i)] : 0);
     }
@@ -87,14 +89,14 @@ double ExactSum::value() const {
     // Rounding happens once: to 53 bits, or fewer where the result is subnormal.
     int exponent = kLowestExponent + 32 * (top - 2);
     int width = 0;
-    for (unsigned __int128 rest = head; rest != 0; rest >>= 1) {
+    for (Uint128 rest = head; rest != 0; rest >>= 1) {
         ++width;
     }
     constexpr int kSmallestExponent = -1074;
     const int drop = std::max({width - 53, kSmallestExponent - exponent, 0});
     if (drop > 0) {
-        const unsigned __int128 cut = head & ((static_cast<unsigned __int128>(1) << drop) - 1);
-        const unsigned __int128 half = static_cast<unsigned __int128>(1) << (drop - 1);
+        const Uint128 cut = head & ((static_cast<Uint128>(1) << drop) - 1);
+        const Uint128 half = static_cast<Uint128>(1) << (drop - 1);
         head >>= drop;
         exponent += drop;
         if (cut > half || (cut == half && (sticky || (head & 1) != 0))) {

@@ -26,7 +26,8 @@ std::string reason() {
     throw StorageError(fmt::format("{}: cannot {}: {}", path.string(), what, reason()));
 }
 
-void write_all(int descriptor, std::span<const std::byte> bytes, const std::filesystem::path& path) {
+void write_all(int descriptor, std::span<const std::byte> bytes,
+               const std::filesystem::path& path) {
     while (!bytes.empty()) {
         const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
         if (written < 0) {
@@ -36,15 +37,6 @@ void write_all(int descriptor, std::span<const std::byte> bytes, const std::file
             throw_storage("write", path);
         }
         bytes = bytes.subspan(static_cast<std::size_t>(written));
-    }
-}
-
-void sync_folder(const std::filesystem::path& folder) {
-    const std::string name = folder.empty() ? "." : folder.string();
-    const int descriptor = ::open(name.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (descriptor >= 0) {
-        ::fsync(descriptor);
-        ::close(descriptor);
     }
 }
 
@@ -94,8 +86,8 @@ std::size_t InputFile::read_some(std::uint64_t offset, std::span<std::byte> buff
     return total;
 }
 
-AtomicFile::AtomicFile(std::filesystem::path path)
-    : path_(std::move(path)), temporary_(path_.string() + ".partial") {
+AtomicFile::AtomicFile(std::filesystem::path path, Durability durability)
+    : path_(std::move(path)), temporary_(path_.string() + ".partial"), durability_(durability) {
     descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, kMode);
     if (descriptor_ < 0) {
         throw_storage("create", path_);
@@ -119,7 +111,7 @@ void AtomicFile::write(std::string_view text) {
 }
 
 void AtomicFile::commit() {
-    if (::fsync(descriptor_) != 0) {
+    if (durability_ == Durability::kMachine && ::fsync(descriptor_) != 0) {
         throw_storage("sync", path_);
     }
     if (::close(std::exchange(descriptor_, -1)) != 0 ||
@@ -129,7 +121,18 @@ void AtomicFile::commit() {
         errno = error;
         throw_storage("finish", path_);
     }
-    sync_folder(path_.parent_path());
+    if (durability_ == Durability::kMachine) {
+        sync_folder(path_.parent_path());
+    }
+}
+
+void sync_folder(const std::filesystem::path& folder) {
+    const std::string name = folder.empty() ? "." : folder.string();
+    const int descriptor = ::open(name.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (descriptor >= 0) {
+        ::fsync(descriptor);
+        ::close(descriptor);
+    }
 }
 
 void append_to_file(const std::filesystem::path& path, std::span<const std::byte> bytes) {

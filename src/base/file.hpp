@@ -36,8 +36,12 @@ class InputFile {
 /// name, synced and renamed by commit(). Without commit() it leaves nothing behind.
 class AtomicFile {
   public:
+    /// What a committed file outlives: the death of the process (scratch files, which carry
+    /// checksums), or of the machine too.
+    enum class Durability { kProcess, kMachine };
+
     /// @throws StorageError if the file cannot be created
-    explicit AtomicFile(std::filesystem::path path);
+    explicit AtomicFile(std::filesystem::path path, Durability durability = Durability::kMachine);
     ~AtomicFile();
     AtomicFile(const AtomicFile&) = delete;
     AtomicFile& operator=(const AtomicFile&) = delete;
@@ -49,13 +53,14 @@ class AtomicFile {
     /// Bytes written so far.
     std::uint64_t size() const { return size_; }
 
-    /// Syncs, renames and syncs the folder.
+    /// Syncs, renames and syncs the folder (kProcess: renames).
     /// @throws StorageError
     void commit();
 
   private:
     std::filesystem::path path_;
     std::filesystem::path temporary_;
+    Durability durability_;
     int descriptor_ = -1;
     std::uint64_t size_ = 0;
 };
@@ -64,6 +69,9 @@ class AtomicFile {
 /// of files can grow side by side.
 /// @throws StorageError if the disk is full or fails
 void append_to_file(const std::filesystem::path& path, std::span<const std::byte> bytes);
+
+/// Makes what was renamed in a folder outlive the machine, as far as its file system can.
+void sync_folder(const std::filesystem::path& folder);
 
 /// The whole of a small file.
 /// @throws InputError if it cannot be read

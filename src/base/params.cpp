@@ -53,7 +53,7 @@ constexpr std::array kParameters{
     Parameter{.key = "range.alpha",
               .flag = "--alpha",
               .unit = "cloud units",
-              .range = "> 0",
+              .range = "> 0, finite",
               .help = "radius that a point of mean curvature stands for",
               .low = 0,
               .high = std::numeric_limits<double>::max(),
@@ -90,7 +90,7 @@ constexpr std::array kParameters{
     Parameter{.key = "output.step",
               .flag = "--step",
               .unit = "cloud units",
-              .range = ">= 0",
+              .range = ">= 0, finite",
               .help = "lattice step of Draco output; 0: the LAS scale, else about spacing / 64",
               .low = 0,
               .high = std::numeric_limits<double>::max(),
@@ -168,6 +168,17 @@ Numeric numeric(const ParameterField& field) {
         field);
 }
 
+/// A size with the largest binary unit that leaves it whole: "4GiB".
+std::string format_size(std::uint64_t bytes) {
+    constexpr std::array kUnits{"", "KiB", "MiB", "GiB", "TiB"};
+    std::size_t unit = 0;
+    while (bytes != 0 && bytes % 1024 == 0 && unit + 1 < kUnits.size()) {
+        bytes /= 1024;
+        ++unit;
+    }
+    return fmt::format("{}{}", bytes, kUnits[unit]);
+}
+
 bool is_missing(const ParameterField& field) {
     if (const auto* text = std::get_if<std::string*>(&field)) {
         return (*text)->empty();
@@ -190,9 +201,7 @@ std::string format_value(const Parameter& parameter, const Job& job) {
         [](auto pointer) -> std::string {
             using T = decltype(pointer);
             if constexpr (std::is_same_v<T, Bytes>) {
-                return fmt::format("{}", *pointer.value);
-            } else if constexpr (std::is_same_v<T, std::vector<std::string>*>) {
-                return fmt::format("{}", *pointer);
+                return format_size(*pointer.value);
             } else {
                 return fmt::format("{}", *pointer);
             }
@@ -200,27 +209,29 @@ std::string format_value(const Parameter& parameter, const Job& job) {
         parameter.field(copy));
 }
 
+void validate(const Parameter& parameter, const Job& job) {
+    Job copy = job;
+    const ParameterField field = parameter.field(copy);
+    const Numeric number = numeric(field);
+    // Written so that NaN fails.
+    const bool inside = number.value >= parameter.low && number.value <= parameter.high &&
+                        !(parameter.low_open && number.value == parameter.low);
+    const bool pairs = parameter.key != "curvature.samples" || job.curvature.samples % 2 == 0;
+    if (number.is_number && !(inside && pairs)) {
+        throw ConfigError(fmt::format("{} ({}): expected {}, found {}", parameter.key,
+                                      parameter.flag, parameter.range,
+                                      format_value(parameter, job)));
+    }
+}
+
 void validate(const Job& job) {
     Job copy = job;
     for (const Parameter& parameter : kParameters) {
-        const ParameterField field = parameter.field(copy);
-        if (parameter.required && is_missing(field)) {
+        if (parameter.required && is_missing(parameter.field(copy))) {
             throw ConfigError(fmt::format("{} ({}): expected {}, found none", parameter.key,
                                           parameter.flag, parameter.range));
         }
-        const Numeric number = numeric(field);
-        // Written so that NaN fails.
-        const bool inside = number.value >= parameter.low && number.value <= parameter.high &&
-                            !(parameter.low_open && number.value == parameter.low);
-        if (number.is_number && !inside) {
-            throw ConfigError(fmt::format("{} ({}): expected {}, found {}", parameter.key,
-                                          parameter.flag, parameter.range,
-                                          format_value(parameter, job)));
-        }
-    }
-    if (job.curvature.samples % 2 != 0) {
-        throw ConfigError(fmt::format("curvature.samples (--samples): expected even, 4 .. 64, found {}",
-                                      job.curvature.samples));
+        validate(parameter, job);
     }
 }
 

@@ -27,14 +27,19 @@ ThreadLimit::ThreadLimit(int threads)
 ThreadLimit::~ThreadLimit() = default;
 
 void run_tasks(std::size_t n, int workers, const std::function<void(std::size_t)>& task) {
+    run_tasks(n, workers, [&](std::size_t i, std::size_t) { task(i); });
+}
+
+void run_tasks(std::size_t n, int workers,
+               const std::function<void(std::size_t, std::size_t)>& task) {
     std::atomic<std::size_t> next{0};
     std::atomic<bool> failed{false};
     std::exception_ptr error;
     std::mutex mutex;
-    const auto work = [&] {
+    const auto work = [&](std::size_t worker) {
         for (std::size_t i = next++; i < n && !failed; i = next++) {
             try {
-                task(i);
+                task(i, worker);
             } catch (...) {
                 const std::scoped_lock lock(mutex);
                 if (!failed.exchange(true)) {
@@ -46,9 +51,9 @@ void run_tasks(std::size_t n, int workers, const std::function<void(std::size_t)
     std::vector<std::thread> threads;
     const std::size_t extra = std::min(static_cast<std::size_t>(std::max(workers, 1)), n);
     for (std::size_t i = 1; i < extra; ++i) {
-        threads.emplace_back(work);
+        threads.emplace_back(work, i);
     }
-    work();
+    work(0);
     for (std::thread& thread : threads) {
         thread.join();
     }

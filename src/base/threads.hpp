@@ -5,6 +5,7 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstddef>
 #include <exception>
 #include <functional>
@@ -40,9 +41,31 @@ void parallel_for(std::size_t n, std::size_t grain, const Body& body) {
     });
 }
 
+/// Calls task(i) for i = 0 .. n-1, each once, lowest first, in parallel: for few, large tasks that
+/// themselves call parallel_for().
+template <typename Task>
+void parallel_tasks(std::size_t n, const Task& task) {
+    std::atomic<std::size_t> next{0};
+    tbb::this_task_arena::isolate([&] {
+        tbb::parallel_for(
+            tbb::blocked_range<std::size_t>(0, n, 1),
+            [&](const tbb::blocked_range<std::size_t>& part) {
+                for (std::size_t i = part.begin(); i < part.end(); ++i) {
+                    task(next++);
+                }
+            },
+            tbb::simple_partitioner{});
+    });
+}
+
 /// Calls task(i) for i = 0 .. n-1, each once, on `workers` threads of its own, lowest first: for
 /// tasks that block (on files or on a MemoryGate). The first exception stops the rest and is
 /// rethrown here.
 void run_tasks(std::size_t n, int workers, const std::function<void(std::size_t)>& task);
+
+/// The same for task(i, worker): `worker` in [0, workers) is the slot of the calling thread, so that
+/// callers can keep state a slot.
+void run_tasks(std::size_t n, int workers,
+               const std::function<void(std::size_t, std::size_t)>& task);
 
 }  // namespace knap

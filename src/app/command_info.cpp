@@ -1,0 +1,128 @@
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "app/commands.hpp"
+#include "app/format.hpp"
+#include "base/file.hpp"
+#include "knap/archive.hpp"
+#include "knap/source.hpp"
+
+namespace knap::app {
+
+namespace {
+
+std::string row(std::string_view name, const std::string& value) {
+    return fmt::format("{:<14} {}\n", name, value);
+}
+
+std::string format_vec(const Vec3& v) {
+    return fmt::format("({}, {}, {})", v.x, v.y, v.z);
+}
+
+std::string format_coordinates(const CoordinateFormat& format) {
+    switch (format.kind) {
+        case CoordinateKind::kFloat32:
+            return "float32";
+        case CoordinateKind::kInt32:
+            return fmt::format("int32, scale {}, offset {}", format_vec(format.scale),
+                               format_vec(format.offset));
+        case CoordinateKind::kFloat64:
+            break;
+    }
+    return "float64";
+}
+
+std::string format_schema(const std::vector<Attribute>& schema) {
+    std::string text;
+    for (const Attribute& attribute : schema) {
+        text += text.empty() ? "" : ", ";
+        text += fmt::format("{} {}", attribute.name, to_string(attribute.type));
+        text += attribute.components > 1 ? fmt::format("[{}]", attribute.components) : "";
+    }
+    return text;
+}
+
+std::string format_crs(const std::string& crs) {
+    return crs.empty() ? "none" : one_line(crs);
+}
+
+std::string describe(const SourceInfo& info) {
+    std::string text = row("file", info.path.string());
+    text += row("format", info.format);
+    text += row("size", format_bytes(info.size_bytes));
+    text +=
+        row("points", info.declared_count ? format_count(*info.declared_count) + " by the header"
+                                          : "not declared");
+    text += row("coordinates", format_coordinates(info.coordinates));
+    text += row("attributes", format_schema(info.schema));
+    return text + row("crs", format_crs(info.crs));
+}
+
+std::string describe(const ManifestSource& source) {
+    std::string text = row("source", source.path);
+    text += row("  format", source.format);
+    text += row("  points", fmt::format("{} ({} rejected)", format_count(source.points),
+                                        format_count(source.rejected)));
+    text += row("  size", format_bytes(source.bytes));
+    text += row("  coordinates", format_coordinates(source.coordinates));
+    text += row("  attributes", format_schema(source.schema));
+    return text + row("  xxh3", source.xxh3);
+}
+
+std::string describe(const Archive& archive) {
+    const Manifest& manifest = archive.manifest();
+    const Counts& counts = manifest.counts;
+    std::uint64_t bytes = 0;
+    for (const ManifestTile& tile : manifest.tiles) {
+        bytes += tile.bytes;
+    }
+    std::string text = row("archive", archive.folder().string());
+    text += row("format", fmt::format("knap archive {}, written by knap {}",
+                                      manifest.format_version, manifest.knap_version));
+    text += row("points in", format_count(counts.in));
+    text += row("  kept", fmt::format("{} ({})", format_count(counts.kept),
+                                      format_share(counts.kept, counts.in)));
+    text += row("  represented", format_count(counts.represented));
+    text += row("  merged", format_count(counts.merged));
+    text += row("  rejected", format_count(counts.rejected));
+    text += row("mean spacing", fmt::format("{:.6g} cloud units", manifest.spacing));
+    text += row("mean |H|", fmt::format("{:.6g} / cloud unit", manifest.mean_curvature));
+    text += row("lattice", fmt::format("step {}, origin {}", manifest.lattice.step,
+                                       format_vec(manifest.lattice.origin)));
+    text += row("box", manifest.box.empty() ? "empty"
+                                            : fmt::format("{} to {}", format_vec(manifest.box.min),
+                                                          format_vec(manifest.box.max)));
+    text += row("crs", format_crs(manifest.crs));
+    text += row("tiles",
+                fmt::format("{}, {}", format_count(manifest.tiles.size()), format_bytes(bytes)));
+    for (const auto& [key, value] : manifest.parameters) {
+        text += row("parameter", fmt::format("{} = {}", key, value));
+    }
+    for (const ManifestSource& source : manifest.sources) {
+        text += describe(source);
+    }
+    return text;
+}
+
+}  // namespace
+
+Command add_info(CLI::App& root) {
+    CLI::App* const command =
+        root.add_subcommand("info", "header, attributes and counts of a file or an archive");
+    const auto path = std::make_shared<std::string>();
+    command->add_option("FILE|ARCHIVE", *path, "a point cloud, or an archive folder")
+        ->type_name("")
+        ->required();
+    command->footer("Examples:\n  knap info scan.laz\n  knap info scan_archive");
+    return {command, [path] {
+                std::error_code ignored;
+                const bool is_folder = std::filesystem::is_directory(*path, ignored);
+                fmt::print("{}", is_folder ? describe(Archive(*path))
+                                           : describe(open_source(*path)->info()));
+            }};
+}
+
+}  // namespace knap::app

@@ -1,0 +1,21 @@
+#include "app/run_job.hpp"
+
+#include <fmt/format.h>
+
+#include <chrono>
+
+#include "app/progress.hpp"
+#include "app/summary.hpp"
+#include "knap/job.hpp"
+
+namespace knap::app {
+
+void run_job(const Job& job, const ProgressOptions& options) {
+    const auto started = std::chrono::steady_clock::now();
+    const std::unique_ptr<Progress> progress = make_progress(options);
+    const Report report = run(job, *progress);
+    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - started;
+    fmt::print("{}", format_summary(report, elapsed.count()));
+}
+
+}  // namespace knap::app

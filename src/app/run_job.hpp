@@ -1,0 +1,11 @@
+#pragma once
+
+#include "app/options.hpp"
+#include "knap/params.hpp"
+
+namespace knap::app {
+
+/// Runs a job with its progress on standard error and prints the summary.
+void run_job(const Job& job, const ProgressOptions& progress);
+
+}  // namespace knap::app

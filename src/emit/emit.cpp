@@ -1,0 +1,170 @@
+#include "emit/emit.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <span>
+
+#include "base/file.hpp"
+#include "emit/archive_writer.hpp"
+#include "emit/draco_tile.hpp"
+#include "emit/kept_points.hpp"
+#include "emit/lattice.hpp"
+#include "emit/output_check.hpp"
+#include "emit/ply_writer.hpp"
+#include "emit/tiles.hpp"
+#include "knap/archive.hpp"
+#include "knap/error.hpp"
+#include "store/manifest.hpp"
+
+namespace knap {
+
+namespace {
+
+/// The kept points on the lattice, in order of their ids.
+std::vector<LatticeIndex> read_indices(const SourceTable& sources, const Selection& selection,
+                                       const Lattice& lattice, const EmitRequest& request) {
+    const std::uint64_t needed = emit_memory_bytes(selection.count(), request.output);
+    if (needed > request.memory_bytes) {
+        throw StorageError(fmt::format(
+            "{}: {} kept points need {} of memory to be cut into tiles, expected at most {} "
+            "(resources.memory)",
+            request.output.path, selection.count(), format_bytes(needed),
+            format_bytes(request.memory_bytes)));
+    }
+    std::vector<LatticeIndex> indices(selection.count());
+    const auto put = [&](std::uint64_t rank, std::span<const Vec3> positions) {
+        for (std::size_t i = 0; i < positions.size(); ++i) {
+            indices[rank + i] = index_of(lattice, positions[i]);
+        }
+    };
+    read_kept(sources, selection, request.threads, put, request.advance);
+    return indices;
+}
+
+std::string common_crs(const SourceTable& sources) {
+    std::string crs = sources.sources().empty() ? "" : sources.sources().front().info.crs;
+    for (const SourceEntry& source : sources.sources()) {
+        if (source.info.crs != crs) {
+            return "";
+        }
+    }
+    return crs;
+}
+
+std::vector<ManifestSource> manifest_sources(const SourceTable& sources) {
+    std::vector<ManifestSource> result;
+    for (const SourceEntry& source : sources.sources()) {
+        result.push_back({.path = source.given_path,
+                          .format = source.info.format,
+                          .points = source.points,
+                          .rejected = source.rejected,
+                          .bytes = source.info.size_bytes,
+                          .xxh3 = source.xxh3,
+                          .coordinates = source.info.coordinates,
+                          .schema = source.info.schema,
+                          .crs = source.info.crs});
+    }
+    return result;
+}
+
+EmitResult emit_archive(const SourceTable& sources, const Selection& selection,
+                        const EmitRequest& request) {
+    Manifest manifest;
+    manifest.format_version = kArchiveFormatVersion;
+    manifest.knap_version = KNAP_VERSION;
+    manifest.parameters = request.parameters;
+    manifest.sources = manifest_sources(sources);
+    manifest.counts = request.counts;
+    manifest.spacing = request.spacing;
+    manifest.mean_curvature = request.mean_curvature;
+    manifest.lattice = choose_lattice(request.output.step, sources, request.spacing);
+    manifest.crs = common_crs(sources);
+    std::vector<LatticeIndex> points = read_indices(sources, selection, manifest.lattice, request);
+
+    const std::uint64_t held = points.size() * sizeof(LatticeIndex);
+    const ArchiveOutput output{.folder = output_path(request.output.path),
+                               .tile_points = request.output.tile_points,
+                               .overwrite = request.output.overwrite,
+                               .memory_bytes = request.memory_bytes - held,
+                               .threads = request.threads};
+    const std::uint64_t bytes = write_archive(points, manifest, output);
+    return {output.folder, manifest.tiles.size(), bytes};
+}
+
+EmitResult emit_draco(const SourceTable& sources, const Selection& selection,
+                      const EmitRequest& request) {
+    const Lattice lattice = choose_lattice(request.output.step, sources, request.spacing);
+    std::vector<LatticeIndex> points = read_indices(sources, selection, lattice, request);
+    std::sort(points.begin(), points.end());
+    const LatticeBounds bounds = bounds_of(points);
+    if (!fits_tile(bounds)) {
+        throw ConfigError(fmt::format(
+            "output.path (--output): {}: expected kept points that span less than 2^{} lattice "
+            "steps of {}, found {} x {} x {}; write an archive folder, or set a larger output.step",
+            request.output.path, kTileBits, lattice.step, bounds.max[0] - bounds.min[0],
+            bounds.max[1] - bounds.min[1], bounds.max[2] - bounds.min[2]));
+    }
+    const std::filesystem::path path = output_path(request.output.path);
+    AtomicFile file(path);
+    file.write(encode_tile(points, bounds.min, lattice, common_crs(sources)));
+    file.commit();
+    return {path, 1, file.size()};
+}
+
+EmitResult emit_ply(const SourceTable& sources, const Selection& selection,
+                    const EmitRequest& request) {
+    const bool floats = std::all_of(
+        sources.sources().begin(), sources.sources().end(), [](const SourceEntry& source) {
+            return source.info.coordinates.kind == CoordinateKind::kFloat32;
+        });
+    const std::filesystem::path path = output_path(request.output.path);
+    PlyWriter writer(path, selection.count(),
+                     floats ? PlyWriter::Precision::kFloat : PlyWriter::Precision::kDouble,
+                     {fmt::format("knap {}", KNAP_VERSION)});
+    const auto append = [&](std::uint64_t, std::span<const Vec3> positions) {
+        writer.append(positions);
+    };
+    read_kept(sources, selection, 1, append, request.advance);
+    return {path, 0, writer.finish()};
+}
+
+}  // namespace
+
+std::vector<std::pair<std::string, std::string>> result_parameters(const Job& job) {
+    std::vector<std::pair<std::string, std::string>> result;
+    for (const Parameter& parameter : parameters()) {
+        if (parameter.in_result) {
+            result.emplace_back(parameter.key, format_value(parameter, job));
+        }
+    }
+    return result;
+}
+
+std::uint64_t emit_memory_bytes(std::uint64_t kept, const OutputParams& output) {
+    switch (output_kind(output.path)) {
+        case OutputKind::kArchive:
+            return kept * sizeof(LatticeIndex) +
+                   encode_memory_bytes(std::min(kept, output.tile_points));
+        case OutputKind::kDraco:
+            return kept * sizeof(LatticeIndex) + encode_memory_bytes(kept);
+        case OutputKind::kPly:
+            break;
+    }
+    return 0;
+}
+
+EmitResult emit(const SourceTable& sources, const Selection& selection,
+                const EmitRequest& request) {
+    switch (output_kind(request.output.path)) {
+        case OutputKind::kArchive:
+            return emit_archive(sources, selection, request);
+        case OutputKind::kDraco:
+            return emit_draco(sources, selection, request);
+        case OutputKind::kPly:
+            break;
+    }
+    return emit_ply(sources, selection, request);
+}
+
+}  // namespace knap

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "knap/job.hpp"
+#include "knap/params.hpp"
+#include "store/selection.hpp"
+#include "store/source_table.hpp"
+
+namespace knap {
+
+/// What the output says of the job, and what making it may use.
+struct EmitRequest {
+    Counts counts;
+    double spacing = 0;  ///< mean distance to the nearest other point, cloud units; 0: no two
+    double mean_curvature = 0;                                    ///< 1 / cloud unit
+    std::vector<std::pair<std::string, std::string>> parameters;  ///< see result_parameters()
+    OutputParams output;
+    std::uint64_t memory_bytes = 0;  ///< that emit may use; does not change the result
+    int threads = 1;                 ///< >= 1; does not change the result
+    std::function<void(std::uint64_t)>
+        advance;  ///< told input points done with, one call at a time
+};
+
+struct EmitResult {
+    std::filesystem::path path;
+    std::uint64_t tiles = 0;  ///< Draco files
+    std::uint64_t bytes = 0;  ///< of the whole output
+};
+
+/// Key and value of all parameters that shape the result, as the manifest names them.
+std::vector<std::pair<std::string, std::string>> result_parameters(const Job& job);
+
+/// Memory that emit() takes for an output of some kept points, at least: what it checks its budget
+/// against.
+std::uint64_t emit_memory_bytes(std::uint64_t kept, const OutputParams& output);
+
+/// Streams the sources a last time and writes the kept points: an archive folder, a single Draco
+/// file, or a PLY with the exact positions in source order. A cloud without kept points gives an
+/// archive without tiles, or a file without points.
+///
+/// @param selection  finished, of sources.points() ids
+/// @throws ConfigError   if the lattice step does not suit the box, or a single Draco file
+/// @throws InputError    if a source changed since the survey
+/// @throws StorageError  if the budget does not hold the kept points, or the disk fails; nothing
+///                       is left then and what was there before is untouched
+EmitResult emit(const SourceTable& sources, const Selection& selection, const EmitRequest& request);
+
+}  // namespace knap

@@ -1,0 +1,191 @@
+#include "emit/output_check.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <string_view>
+#include <system_error>
+
+#include "base/file.hpp"
+#include "knap/error.hpp"
+#include "store/manifest.hpp"
+
+namespace knap {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::string_view kOutputKey = "output.path (--output)";
+constexpr std::string_view kIdsKey = "output.ids (--ids)";
+
+// A folder of such a name is never what was meant.
+constexpr std::array<std::string_view, 13> kUnwritable{".las", ".laz", ".xyz", ".txt", ".csv",
+                                                       ".pts", ".ptx", ".pcd", ".obj", ".stl",
+                                                       ".e57", ".off", ".toml"};
+
+std::string ending_of(const fs::path& path) {
+    std::string ending = path.extension().string();
+    std::transform(ending.begin(), ending.end(), ending.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return ending;
+}
+
+[[noreturn]] void refuse(std::string_view key, const fs::path& path, std::string_view why) {
+    throw ConfigError(fmt::format("{}: {}: {}", key, path.string(), why));
+}
+
+bool is_there(const fs::path& path) {
+    std::error_code ignored;
+    return fs::exists(fs::symlink_status(path, ignored));
+}
+
+fs::path folder_of(const fs::path& path) {
+    return path.has_parent_path() ? path.parent_path() : fs::path(".");
+}
+
+// Permissions, read-only disks and quotas show only when something is written.
+void check_writable(std::string_view key, const fs::path& path) {
+    std::error_code error;
+    if (!fs::is_directory(folder_of(path), error)) {
+        refuse(key, path,
+               fmt::format("expected a folder {}, found none", folder_of(path).string()));
+    }
+    try {
+        const AtomicFile probe(path.string() + ".probe");
+    } catch (const StorageError& failure) {
+        refuse(key, path,
+               fmt::format("expected a folder that can be written to ({})", failure.what()));
+    }
+}
+
+void check_no_input(std::string_view key, const fs::path& path, std::span<const fs::path> inputs) {
+    for (const fs::path& input : inputs) {
+        std::error_code ignored;
+        if (fs::equivalent(path, input, ignored)) {
+            refuse(key, path, "expected an output that is no input");
+        }
+    }
+}
+
+void check_file(std::string_view key, const fs::path& path, bool overwrite) {
+    std::error_code ignored;
+    if (fs::is_directory(path, ignored)) {
+        refuse(key, path, "expected a file, found a folder");
+    }
+    if (is_there(path) && !overwrite) {
+        refuse(key, path, "exists (needs --overwrite)");
+    }
+}
+
+void check_folder(const fs::path& path, bool overwrite) {
+    std::error_code ignored;
+    if (is_there(path)) {
+        if (!overwrite) {
+            refuse(kOutputKey, path, "exists (needs --overwrite)");
+        }
+        const bool replaceable =
+            holds_only_archive(path) &&
+            (fs::exists(path / kManifestName, ignored) || fs::is_empty(path, ignored));
+        if (!replaceable) {
+            refuse(kOutputKey, path,
+                   "expected an archive of knap to overwrite, found something else, which is left "
+                   "alone");
+        }
+    }
+    const fs::path partial = path.string() + ".partial";
+    if (is_there(partial) && !holds_only_archive(partial)) {
+        refuse(kOutputKey, partial, "is in the way: expected none, or what an earlier job left");
+    }
+}
+
+bool is_tile_name(const std::string& name) {
+    const std::size_t digits = name.find_first_not_of("0123456789");
+    return digits != 0 && digits != std::string::npos &&
+           (name.substr(digits) == ".drc" || name.substr(digits) == ".drc.partial");
+}
+
+}  // namespace
+
+OutputKind output_kind(const std::string& path) {
+    const std::string ending = ending_of(output_path(path));
+    if (ending == ".drc") {
+        return OutputKind::kDraco;
+    }
+    if (ending == ".ply") {
+        return OutputKind::kPly;
+    }
+    if (std::find(kUnwritable.begin(), kUnwritable.end(), ending) != kUnwritable.end()) {
+        refuse(
+            kOutputKey, path,
+            fmt::format("expected a folder, or a file ending in .drc or .ply, found {}", ending));
+    }
+    return OutputKind::kArchive;
+}
+
+fs::path output_path(const std::string& path) {
+    const fs::path normal = fs::path(path).lexically_normal();
+    return normal.has_filename() || !normal.has_relative_path() ? normal : normal.parent_path();
+}
+
+void check_output(const OutputParams& output, std::span<const fs::path> inputs) {
+    const OutputKind kind = output_kind(output.path);
+    const fs::path path = output_path(output.path);
+    check_no_input(kOutputKey, path, inputs);
+    if (kind == OutputKind::kArchive) {
+        check_folder(path, output.overwrite);
+    } else {
+        check_file(kOutputKey, path, output.overwrite);
+    }
+    check_writable(kOutputKey, path);
+    if (!output.ids.empty()) {
+        const fs::path ids = output.ids;
+        check_no_input(kIdsKey, ids, inputs);
+        if (ids.lexically_normal() == path) {
+            refuse(kIdsKey, ids, "expected another file than the output");
+        }
+        check_file(kIdsKey, ids, output.overwrite);
+        check_writable(kIdsKey, ids);
+    }
+}
+
+bool holds_only_archive(const fs::path& folder) {
+    std::error_code error;
+    if (!fs::is_directory(folder, error)) {
+        return false;
+    }
+    for (fs::recursive_directory_iterator entry(folder, error), end; !error && entry != end;
+         entry.increment(error)) {
+        const std::string name = entry->path().filename().string();
+        const bool folder_entry = entry->is_directory(error) && !entry->is_symlink(error);
+        const bool known =
+            entry.depth() == 0
+                ? (folder_entry
+                       ? name == "tiles"
+                       : name == kManifestName || name == fmt::format("{}.partial", kManifestName))
+                : entry.depth() == 1 && !folder_entry && is_tile_name(name);
+        if (!known) {
+            return false;
+        }
+    }
+    return !error;
+}
+
+void write_ids(const fs::path& path, const Selection& selection) {
+    AtomicFile file(path);
+    fmt::memory_buffer text;
+    for (PointId id = 0; id < selection.size(); ++id) {
+        if (selection.test(id)) {
+            fmt::format_to(std::back_inserter(text), "{}\n", id);
+        }
+        if (text.size() >= (std::size_t{1} << 20) || id + 1 == selection.size()) {
+            file.write(std::string_view(text.data(), text.size()));
+            text.clear();
+        }
+    }
+    file.commit();
+}
+
+}  // namespace knap

@@ -1,0 +1,91 @@
+#include "emit/output_folder.hpp"
+
+#include <fmt/format.h>
+
+#include <system_error>
+#include <utility>
+
+#include "base/file.hpp"
+#include "emit/output_check.hpp"
+#include "knap/error.hpp"
+
+namespace knap {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+[[noreturn]] void throw_storage(std::string_view what, const fs::path& path,
+                                std::string_view reason) {
+    throw StorageError(fmt::format("{}: cannot {}: {}", path.string(), what, reason));
+}
+
+void rename_folder(const fs::path& from, const fs::path& to) {
+    std::error_code error;
+    fs::rename(from, to, error);
+    if (error) {
+        throw_storage(fmt::format("rename {} to it", from.string()), to, error.message());
+    }
+}
+
+void remove_if_archive(const fs::path& folder) {
+    std::error_code error;
+    if (!fs::exists(fs::symlink_status(folder, error))) {
+        return;
+    }
+    if (!holds_only_archive(folder)) {
+        throw_storage("replace", folder, "it holds files that are not of an archive");
+    }
+    fs::remove_all(folder, error);
+    if (error) {
+        throw_storage("remove", folder, error.message());
+    }
+}
+
+}  // namespace
+
+OutputFolder::OutputFolder(fs::path target)
+    : target_(std::move(target)), partial_(target_.string() + ".partial") {
+    remove_if_archive(partial_);
+    std::error_code error;
+    fs::create_directory(partial_, error);
+    if (error) {
+        throw_storage("create", partial_, error.message());
+    }
+}
+
+OutputFolder::~OutputFolder() {
+    if (!committed_) {
+        std::error_code ignored;
+        fs::remove_all(partial_, ignored);
+    }
+}
+
+void OutputFolder::commit(bool overwrite) {
+    const fs::path old = target_.string() + ".old";
+    std::error_code error;
+    const bool replaces = fs::exists(fs::symlink_status(target_, error));
+    if (replaces) {
+        if (!overwrite || !holds_only_archive(target_)) {
+            throw_storage("replace", target_,
+                          overwrite ? "it is not an archive of knap" : "it exists");
+        }
+        remove_if_archive(old);
+        rename_folder(target_, old);
+    }
+    try {
+        rename_folder(partial_, target_);
+    } catch (...) {
+        if (replaces) {
+            fs::rename(old, target_, error);
+        }
+        throw;
+    }
+    committed_ = true;
+    sync_folder(target_.parent_path());
+    if (replaces) {
+        fs::remove_all(old, error);
+    }
+}
+
+}  // namespace knap

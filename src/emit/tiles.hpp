@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "emit/lattice.hpp"
+
+namespace knap {
+
+/// Sides of a tile, in lattice steps, stay below 2^20: what its floats hold to a quarter of a step.
+inline constexpr int kTileBits = 20;
+
+/// Lowest and highest index on each axis.
+struct LatticeBounds {
+    LatticeIndex min{};
+    LatticeIndex max{};
+    friend bool operator==(const LatticeBounds&, const LatticeBounds&) = default;
+};
+
+/// The bounds of some points; all zero if there are none.
+LatticeBounds bounds_of(std::span<const LatticeIndex> points);
+
+/// True if one tile can hold points within these bounds.
+bool fits_tile(const LatticeBounds& bounds);
+
+/// A tile: some consecutive points of the planned order.
+struct TileSpan {
+    std::size_t first = 0;
+    std::size_t count = 0;  ///< >= 1
+    LatticeBounds bounds;   ///< of its points
+};
+
+/// Cuts the kept points into tiles, by the median along the longest axis until a tile is small
+/// enough, and puts the points into the order of the tiles, sorted within each.
+///
+/// The result is a function of the set of points alone: not of their order.
+///
+/// @param points       any number; reordered
+/// @param tile_points  most points in a tile, >= 1
+/// @return             tiles that cover all points, lower half first
+std::vector<TileSpan> plan_tiles(std::span<LatticeIndex> points, std::uint64_t tile_points);
+
+}  // namespace knap

@@ -1,0 +1,37 @@
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "base/file.hpp"
+#include "input/las_source.hpp"
+#include "input/ply_source.hpp"
+#include "input/recognise.hpp"
+#include "input/text_source.hpp"
+#include "knap/error.hpp"
+#include "knap/source.hpp"
+
+namespace knap {
+
+std::unique_ptr<PointSource> open_source(const std::filesystem::path& path) {
+    InputFile file(path);
+    if (file.size() == 0) {
+        throw InputError(
+            fmt::format("{}: expected a point cloud, found an empty file", path.string()));
+    }
+    const Recognition recognition = recognise(file);
+    if (!recognition.format) {
+        throw InputError(fmt::format("{}: expected PLY, LAS, LAZ or text with x, y and z, found {}",
+                                     path.string(), recognition.found));
+    }
+    switch (*recognition.format) {
+        case FileFormat::kPly:
+            return open_ply(std::move(file));
+        case FileFormat::kLas:
+            return open_las(std::move(file));
+        case FileFormat::kText:
+            break;
+    }
+    return open_text(std::move(file));
+}
+
+}  // namespace knap

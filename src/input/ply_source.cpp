@@ -1,0 +1,79 @@
+#include "input/ply_source.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "input/ply_ascii_source.hpp"
+#include "input/ply_binary_source.hpp"
+#include "input/ply_header.hpp"
+#include "input/scalar.hpp"
+
+namespace knap {
+
+namespace {
+
+bool is_small_integer(ScalarType type) {
+    return !is_floating(type) && size_of(type) <= 2;
+}
+
+CoordinateFormat coordinate_format(const PlyHeader& header) {
+    const auto all = [&](auto&& holds) {
+        return std::ranges::all_of(header.axes, [&](std::size_t axis) {
+            return holds(header.vertices().properties[axis].type);
+        });
+    };
+    CoordinateFormat format;
+    if (all([](ScalarType t) { return t == ScalarType::kFloat32 || is_small_integer(t); })) {
+        format.kind = CoordinateKind::kFloat32;
+    } else if (all([](ScalarType t) { return t == ScalarType::kInt32 || is_small_integer(t); })) {
+        format.kind = CoordinateKind::kInt32;
+    }
+    return format;
+}
+
+const char* format_name(PlyEncoding encoding) {
+    switch (encoding) {
+        case PlyEncoding::kAscii:
+            return "PLY (ASCII)";
+        case PlyEncoding::kLittleEndian:
+            return "PLY (binary little-endian)";
+        case PlyEncoding::kBigEndian:
+            break;
+    }
+    return "PLY (binary big-endian)";
+}
+
+bool can_seek(const PlyHeader& header) {
+    const auto first = header.elements.begin();
+    return header.encoding != PlyEncoding::kAscii &&
+           std::all_of(first, first + static_cast<std::ptrdiff_t>(header.vertex) + 1,
+                       [](const PlyElement& e) { return e.count == 0 || e.fixed_size(); });
+}
+
+SourceInfo describe(const InputFile& file, const PlyHeader& header) {
+    SourceInfo info;
+    info.path = file.path();
+    info.format = format_name(header.encoding);
+    for (const PlyProperty& property : header.vertices().properties) {
+        if (!property.list_count) {
+            info.schema.push_back({property.name, property.type, 1});
+        }
+    }
+    info.coordinates = coordinate_format(header);
+    info.declared_count = header.vertices().count;
+    info.seek_granularity = can_seek(header) ? 1 : 0;
+    info.size_bytes = file.size();
+    return info;
+}
+
+}  // namespace
+
+std::unique_ptr<PointSource> open_ply(InputFile file) {
+    PlyHeader header = read_ply_header(file);
+    SourceInfo info = describe(file, header);
+    return header.encoding == PlyEncoding::kAscii
+               ? open_ascii_ply(std::move(file), std::move(header), std::move(info))
+               : open_binary_ply(std::move(file), std::move(header), std::move(info));
+}
+
+}  // namespace knap

@@ -1,0 +1,144 @@
+#include "merge/coverage.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/checksum.hpp"
+
+namespace knap {
+
+namespace {
+
+constexpr std::size_t kFirstBuckets = 1024;
+// Far above the rounding of a range's square and of a cell's faces.
+constexpr double kPadding = 1 + 1e-9;
+constexpr double kRounding = 1e-14;
+constexpr std::uint64_t kEntriesPerBucket = 4;
+
+struct Cell {
+    std::int64_t x;
+    std::int64_t y;
+    std::int64_t z;
+};
+
+// Monotone in the coordinate: cell sizes are powers of two.
+std::int64_t cell_index(double coordinate, double cell_size) {
+    constexpr double kLimit = 0x1p62;
+    return static_cast<std::int64_t>(std::clamp(std::floor(coordinate / cell_size), -kLimit, kLimit));
+}
+
+Cell cell_of(const Vec3& p, double cell_size) {
+    return {cell_index(p.x, cell_size), cell_index(p.y, cell_size), cell_index(p.z, cell_size)};
+}
+
+// Cells of a 4 x 4 x 4 block share a stretch of 64 buckets, so that neighbours are near in memory.
+std::size_t bucket_of(const Cell& cell, std::size_t buckets) {
+    const auto block = splitmix64(splitmix64(splitmix64(static_cast<std::uint64_t>(cell.x >> 2)) ^
+                                             static_cast<std::uint64_t>(cell.y >> 2)) ^
+                                  static_cast<std::uint64_t>(cell.z >> 2));
+    const auto inside = static_cast<std::uint64_t>((cell.x & 3) | (cell.y & 3) << 2 | (cell.z & 3) << 4);
+    return static_cast<std::size_t>((block << 6 | inside) & (buckets - 1));
+}
+
+}  // namespace
+
+Coverage::Coverage(const Box& box) : box_(box) {}
+
+void Coverage::add(const Vec3& centre, double range) {
+    const auto index = static_cast<std::uint32_t>(centres_.size());
+    const Centre added{centre, range * range};
+    centres_.push_back(added);
+    const Vec3 size = box_.size();
+    const double diagonal_squared = size.x * size.x + size.y * size.y + size.z * size.z;
+    if (added.squared_range >= diagonal_squared * kPadding) {
+        everything_ = true;
+        return;
+    }
+    Level& level = level_for(range);
+    level.members.push_back(index);
+    if (level.entries >= level.heads.size() * kEntriesPerBucket) {
+        grow(level);
+    } else {
+        insert(level, index);
+    }
+}
+
+Coverage::Level& Coverage::level_for(double range) {
+    // range = f * 2^e with f in [0.5, 1), so cells of 2^(e + 1) are 2 to 4 ranges wide.
+    int exponent = 0;
+    std::frexp(range, &exponent);
+    const double cell_size = std::ldexp(1.0, exponent + 1);
+    const auto known = std::find_if(levels_.begin(), levels_.end(), [&](const Level& level) {
+        return level.cell_size == cell_size;
+    });
+    if (known != levels_.end()) {
+        return *known;
+    }
+    // Ranges grow along the order, so the newest level is the likeliest to mark.
+    Level level;
+    level.cell_size = cell_size;
+    level.heads.resize(kFirstBuckets);
+    return *levels_.insert(levels_.begin(), std::move(level));
+}
+
+void Coverage::insert(Level& level, std::uint32_t centre) const {
+    const Vec3& p = centres_[centre].position;
+    const double reach = std::sqrt(centres_[centre].squared_range) * kPadding;
+    const auto padded = [&](double c) { return reach + std::abs(c) * kRounding; };
+    const Cell low = cell_of({p.x - padded(p.x), p.y - padded(p.y), p.z - padded(p.z)}, level.cell_size);
+    const Cell high = cell_of({p.x + padded(p.x), p.y + padded(p.y), p.z + padded(p.z)}, level.cell_size);
+    for (std::int64_t x = low.x; x <= high.x; ++x) {
+        for (std::int64_t y = low.y; y <= high.y; ++y) {
+            for (std::int64_t z = low.z; z <= high.z; ++z) {
+                std::uint32_t& head = level.heads[bucket_of({x, y, z}, level.heads.size())];
+                if (head == 0 || level.blocks[head - 1].count == level.blocks[head - 1].centres.size()) {
+                    level.blocks.push_back({head, 0, {}});
+                    head = static_cast<std::uint32_t>(level.blocks.size());
+                }
+                Block& block = level.blocks[head - 1];
+                block.centres[block.count++] = centre;
+                ++level.entries;
+            }
+        }
+    }
+}
+
+// Four times the buckets, and all members into them anew.
+void Coverage::grow(Level& level) const {
+    level.heads.assign(level.heads.size() * 4, 0);
+    level.blocks.clear();
+    level.entries = 0;
+    for (const std::uint32_t member : level.members) {
+        insert(level, member);
+    }
+}
+
+bool Coverage::marks(const Vec3& p) const {
+    if (everything_) {
+        return true;
+    }
+    for (const Level& level : levels_) {
+        const std::size_t bucket = bucket_of(cell_of(p, level.cell_size), level.heads.size());
+        for (std::uint32_t at = level.heads[bucket]; at != 0; at = level.blocks[at - 1].next) {
+            const Block& block = level.blocks[at - 1];
+            for (std::uint32_t i = 0; i < block.count; ++i) {
+                const Centre& centre = centres_[block.centres[i]];
+                if (squared_distance(p, centre.position) <= centre.squared_range) {
+                    return true;
+                }
+            }
+        }
+    }
+    return false;
+}
+
+std::uint64_t Coverage::memory_bytes() const {
+    std::uint64_t bytes = centres_.capacity() * sizeof(Centre);
+    for (const Level& level : levels_) {
+        bytes += (level.members.capacity() + level.heads.capacity()) * sizeof(std::uint32_t) +
+                 level.blocks.capacity() * sizeof(Block);
+    }
+    return bytes;
+}
+
+}  // namespace knap

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "knap/geometry.hpp"
+
+namespace knap {
+
+/// The kept points and their ranges, indexed so that "is this point marked?" costs about the same
+/// at any size: a few levels of hashed grid, one look-up a level.
+///
+/// A point of range r stands on the level whose cells are 2 r to 4 r wide, in every cell that its
+/// ball touches (at most eight). A query looks into the one cell that holds it on each level.
+class Coverage {
+  public:
+    /// @param box  of all points that will be asked for
+    explicit Coverage(const Box& box);
+
+    /// Marks every point within `range` of `centre`.
+    /// @param range  > 0, cloud units; may be infinite
+    void add(const Vec3& centre, double range);
+
+    /// True if a centre added before lies within its range of p: |p - centre|^2 <= range^2.
+    /// Thread-safe while nothing is added.
+    bool marks(const Vec3& p) const;
+
+    std::uint64_t size() const { return centres_.size(); }
+    std::uint64_t memory_bytes() const;
+
+  private:
+    struct Centre {
+        Vec3 position;
+        double squared_range;
+    };
+
+    // As many entries as fill a cache line.
+    struct Block {
+        std::uint32_t next;  // 0: the last one; else 1 + its place in `blocks`
+        std::uint32_t count;
+        std::array<std::uint32_t, 14> centres;
+    };
+
+    // A hash table of cells without keys: cells that share a bucket share its list, which costs
+    // time but changes nothing, since every candidate is measured.
+    struct Level {
+        double cell_size = 0;
+        std::vector<std::uint32_t> members;  // all centres of the level, each once
+        std::vector<std::uint32_t> heads;    // a power of two of them; 0: empty; else 1 + a block
+        std::vector<Block> blocks;
+        std::uint64_t entries = 0;
+    };
+
+    Level& level_for(double range);
+    void insert(Level& level, std::uint32_t centre) const;
+    void grow(Level& level) const;
+
+    Box box_;
+    bool everything_ = false;
+    std::vector<Centre> centres_;
+    std::vector<Level> levels_;  // the level used last first
+};
+
+}  // namespace knap

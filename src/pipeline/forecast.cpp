@@ -1,0 +1,129 @@
+#include "pipeline/forecast.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "base/file.hpp"
+#include "base/scratch.hpp"
+#include "base/threads.hpp"
+#include "knap/error.hpp"
+#include "rank/rank.hpp"
+
+namespace knap {
+
+namespace {
+
+constexpr std::uint64_t kMiB = std::uint64_t{1} << 20;
+
+// The program itself, its libraries and their pools: resident before a point is read.
+constexpr std::uint64_t kProcessBytes = 80 * kMiB;
+// Grids finer than this do not make better bricks.
+constexpr std::uint64_t kLargestGrid = 192 * kMiB;
+// Bricks smaller than this are more halo than core.
+constexpr std::uint64_t kSmallestBrick = 250'000;
+// So that threads do not wait for the last one.
+constexpr std::uint64_t kBricksPerThread = 4;
+
+// Bytes of an id in a brick file, as a difference to the one before: one for a scan in order, more
+// where neighbours are far apart in the stream.
+constexpr double kBrickIdBytes = 1.25;
+// Bytes of a curvature in a ranked run, as a drop from the one before.
+constexpr double kRunKeyBytes = 5.5;
+
+std::uint64_t threads_of(const Job& job) {
+    return static_cast<std::uint64_t>(thread_count(job.resources.threads));
+}
+
+std::uint64_t id_bytes(std::uint64_t points) {
+    std::uint64_t bytes = 1;
+    while (bytes < sizeof(PointId) && (points >> (8 * bytes)) != 0) {
+        ++bytes;
+    }
+    return bytes;
+}
+
+}  // namespace
+
+Budgets share_memory(std::uint64_t memory_bytes) {
+    const std::uint64_t free = memory_bytes - std::min(memory_bytes, kProcessBytes);
+    return {.survey = std::min(free / 3, kLargestGrid), .stage = free - free / 8};
+}
+
+PlanRequest plan_request(const Job& job, const SourceTable& table, const Budgets& budgets) {
+    const std::uint64_t threads = threads_of(job);
+    PlanRequest request;
+    request.neighbours = job.curvature.neighbours;
+    request.most_points =
+        std::max<std::uint64_t>(budgets.stage / threads / rank_bytes_per_point(), 1);
+    const std::uint64_t points = table.points() - table.rejected();
+    const std::uint64_t even = std::max(points / (kBricksPerThread * threads), kSmallestBrick);
+    request.target_points = job.resources.brick_points > 0 ? job.resources.brick_points
+                                                           : std::min(even, request.most_points);
+    return request;
+}
+
+Forecast make_forecast(const Job& job, const Survey& survey, const BrickPlan& plan) {
+    const std::uint64_t threads = threads_of(job);
+    Forecast forecast;
+    forecast.points = survey.table.points();
+    forecast.rejected = survey.table.rejected();
+    forecast.box = survey.table.box();
+    forecast.voxel_size = plan.voxel_size;
+    forecast.occupied_voxels = survey.occupancy.voxel_count();
+    forecast.bricks = plan.bricks.size();
+    forecast.sources = survey.table.infos();
+    std::vector<std::uint64_t> sizes;
+    std::uint64_t in_bricks = 0;
+    for (const Brick& brick : plan.bricks) {
+        sizes.push_back(brick.core_points + brick.halo_points);
+        in_bricks += sizes.back();
+        forecast.halo_points += brick.halo_points;
+    }
+    std::sort(sizes.rbegin(), sizes.rend());
+    forecast.largest_brick = sizes.empty() ? 0 : sizes.front();
+
+    std::uint64_t in_work = 0;
+    for (std::size_t i = 0; i < std::min<std::size_t>(threads, sizes.size()); ++i) {
+        in_work += sizes[i];
+    }
+    const std::uint64_t planning = 2 * survey.occupancy.memory_bytes() +
+                                   survey.occupancy.voxel_count() * sizeof(Voxel) +
+                                   survey_overhead_bytes(static_cast<int>(threads));
+    forecast.memory_bytes =
+        kProcessBytes + std::max(planning, in_work * rank_bytes_per_point());
+
+    const std::uint64_t counted = forecast.points - forecast.rejected;
+    const auto packed = static_cast<double>(survey.table.packed_size());
+    const double bricks = (packed + kBrickIdBytes) * static_cast<double>(in_bricks);
+    const double runs = (packed + kRunKeyBytes + static_cast<double>(id_bytes(forecast.points))) *
+                        static_cast<double>(counted);
+    forecast.scratch_bytes = static_cast<std::uint64_t>(std::max(bricks, runs));
+    forecast.scratch_free_bytes = free_bytes(scratch_parent(job));
+    return forecast;
+}
+
+void check_forecast(const Forecast& forecast, const Job& job, const std::filesystem::path& scratch) {
+    if (forecast.memory_bytes > job.resources.memory_bytes) {
+        throw StorageError(fmt::format(
+            "resources.memory: the job needs about {} (its largest brick has {} points), {} given; "
+            "raise it, or lower resources.threads",
+            format_bytes(forecast.memory_bytes), forecast.largest_brick,
+            format_bytes(job.resources.memory_bytes)));
+    }
+    if (forecast.scratch_bytes > forecast.scratch_free_bytes) {
+        throw StorageError(fmt::format("{}: the job needs about {} of scratch, {} are free",
+                                       scratch.string(), format_bytes(forecast.scratch_bytes),
+                                       format_bytes(forecast.scratch_free_bytes)));
+    }
+}
+
+std::filesystem::path scratch_parent(const Job& job) {
+    if (!job.resources.scratch.empty()) {
+        return job.resources.scratch;
+    }
+    const std::filesystem::path output = std::filesystem::absolute(job.output.path);
+    return (output.has_filename() ? output : output.parent_path()).parent_path();
+}
+
+}  // namespace knap

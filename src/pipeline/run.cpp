@@ -1,0 +1,213 @@
+#include <nlohmann/json.hpp>
+
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "base/scratch.hpp"
+#include "base/threads.hpp"
+#include "emit/emit.hpp"
+#include "emit/output_check.hpp"
+#include "knap/error.hpp"
+#include "knap/job.hpp"
+#include "merge/merge.hpp"
+#include "pipeline/forecast.hpp"
+#include "pipeline/stage_clock.hpp"
+#include "plan/plan.hpp"
+#include "rank/rank.hpp"
+#include "scatter/scatter.hpp"
+#include "store/brick_map.hpp"
+#include "store/journal.hpp"
+#include "survey/survey.hpp"
+
+namespace knap {
+
+namespace {
+
+constexpr const char* kJournal = "journal";
+constexpr const char* kSelectionFile = "selection";
+
+/// The stages of one job, each a value from the value before; what they left on disk is named in
+/// the journal before the next one begins.
+class Pipeline {
+  public:
+    Pipeline(const Job& job, Progress& progress)
+        : job_(job),
+          threads_(thread_count(job.resources.threads)),
+          limit_(threads_),
+          budgets_(share_memory(job.resources.memory_bytes)),
+          scratch_(scratch_parent(job)),
+          clock_(progress) {}
+
+    Report run() {
+        BrickFiles bricks = cut();
+        const SourceTable table = std::move(bricks.table);
+        const RankResult ranked = rank_all(table, bricks.files);
+        const MergeResult merged = merge_all(table, ranked);
+        return emit_all(table, bricks.files.size(), ranked, merged);
+    }
+
+    Forecast forecast() {
+        const Survey archive = survey_all();
+        return make_forecast(job_, archive, plan(archive));
+    }
+
+  private:
+    struct BrickFiles {
+        SourceTable table;
+        std::vector<BrickFile> files;
+    };
+
+    // The occupancy lives only as long as bricks are cut.
+    BrickFiles cut() {
+        Survey archive = survey_all();
+        const BrickPlan bricks = plan(archive);
+        check_forecast(make_forecast(job_, archive, bricks), job_, scratch_.path());
+        return {archive.table, scatter_all(archive, bricks)};
+    }
+
+    Survey survey_all() {
+        Survey archive = clock_.time("survey", 0, [&](const auto& advance) {
+            return survey({.files = expand_sources(job_.input),
+                           .threads = threads_,
+                           .budget_bytes = budgets_.survey},
+                          advance);
+        });
+        record("survey", "", {{"points", archive.table.points()}, {"rejected", archive.table.rejected()}});
+        return archive;
+    }
+
+    BrickPlan plan(const Survey& archive) {
+        BrickPlan bricks = clock_.time("plan", 0, [&](const auto&) {
+            return plan_bricks(archive.occupancy, archive.table.box(),
+                               plan_request(job_, archive.table, budgets_));
+        });
+        record("plan", "", {{"bricks", bricks.bricks.size()}, {"voxel_size", bricks.voxel_size}});
+        return bricks;
+    }
+
+    std::vector<BrickFile> scatter_all(const Survey& archive, const BrickPlan& bricks) {
+        std::vector<VoxelBox> cores;
+        std::vector<VoxelBox> reaches;
+        for (const Brick& brick : bricks.bricks) {
+            cores.push_back(brick.core);
+            reaches.push_back(voxels_touched(brick, bricks.voxel_size));
+        }
+        std::vector<BrickFile> files =
+            clock_.time("scatter", archive.table.points(), [&](const auto& advance) {
+                const BrickMap map(archive.occupancy, cores, reaches);
+                return scatter(archive.table, bricks, map,
+                               {.folder = scratch_.path(),
+                                .threads = threads_,
+                                .budget_bytes = budgets_.stage / 4},
+                               advance);
+            });
+        scratch_.note_usage();
+        for (const BrickFile& file : files) {
+            record("scatter", file.path.filename().string(),
+                   {{"core", file.core_points}, {"halo", file.halo_points}, {"bytes", file.bytes}});
+        }
+        return files;
+    }
+
+    RankResult rank_all(const SourceTable& table, const std::vector<BrickFile>& bricks) {
+        RankResult ranked = clock_.time("rank", table.points(), [&](const auto& advance) {
+            return rank(table, bricks,
+                        {.folder = scratch_.path(),
+                         .curvature = job_.curvature,
+                         .budget_bytes = budgets_.stage,
+                         .on_run_written = [&] { scratch_.note_usage(); }},
+                        advance);
+        });
+        for (const auto& path : ranked.runs) {
+            record("rank", path.filename().string(), nlohmann::ordered_json::object());
+        }
+        return ranked;
+    }
+
+    MergeResult merge_all(const SourceTable& table, const RankResult& ranked) {
+        MergeResult merged = clock_.time("merge", ranked.points, [&](const auto& advance) {
+            std::vector<std::unique_ptr<RankedStream>> streams;
+            for (const auto& path : ranked.runs) {
+                streams.push_back(std::make_unique<RunReader>(path, table));
+            }
+            return merge(std::move(streams),
+                         {.range = job_.range,
+                          .mean_curvature = ranked.mean_curvature,
+                          .points = table.points(),
+                          .box = table.box(),
+                          .budget_bytes = budgets_.stage},
+                         advance);
+        });
+        merged.selection.save(scratch_.path() / kSelectionFile);
+        record("merge", kSelectionFile, {{"kept", merged.kept}, {"represented", merged.represented}});
+        scratch_.note_usage();
+        for (const auto& path : ranked.runs) {
+            std::filesystem::remove(path);
+        }
+        return merged;
+    }
+
+    Report emit_all(const SourceTable& table, std::size_t bricks, const RankResult& ranked,
+                    const MergeResult& merged) {
+        Report report;
+        report.counts = {.in = table.points(),
+                         .kept = merged.kept,
+                         .represented = merged.represented,
+                         .merged = ranked.merged,
+                         .rejected = table.rejected()};
+        const EmitResult emitted = clock_.time("emit", table.points(), [&](const auto& advance) {
+            return emit(table, merged.selection,
+                        {.counts = report.counts,
+                         .spacing = ranked.spacing,
+                         .mean_curvature = ranked.mean_curvature,
+                         .parameters = result_parameters(job_),
+                         .output = job_.output,
+                         .memory_bytes = budgets_.stage,
+                         .threads = threads_,
+                         .advance = advance});
+        });
+        if (!job_.output.ids.empty()) {
+            write_ids(job_.output.ids, merged.selection);
+        }
+        report.spacing = ranked.spacing;
+        report.mean_curvature = ranked.mean_curvature;
+        report.box = table.box();
+        report.sources = table.sources().size();
+        report.bricks = bricks;
+        report.stragglers = ranked.stragglers;
+        report.tiles = emitted.tiles;
+        report.output_bytes = emitted.bytes;
+        report.output = emitted.path;
+        report.scratch_peak_bytes = scratch_.peak_bytes();
+        report.memory_peak_bytes = peak_resident_bytes();
+        report.stages = clock_.take_reports();
+        return report;
+    }
+
+    void record(const char* stage, std::string file, const nlohmann::ordered_json& details) {
+        append_to_journal(scratch_.path() / kJournal, {stage, std::move(file), details.dump()});
+    }
+
+    const Job& job_;
+    int threads_;
+    ThreadLimit limit_;
+    Budgets budgets_;
+    ScratchFolder scratch_;
+    StageClock clock_;
+};
+
+}  // namespace
+
+Report run(const Job& job, Progress& progress) {
+    validate(job);
+    check_output(job.output);
+    return Pipeline(job, progress).run();
+}
+
+Forecast forecast(const Job& job, Progress& progress) {
+    validate(job);
+    return Pipeline(job, progress).forecast();
+}
+
+}  // namespace knap

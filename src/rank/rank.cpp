@@ -1,0 +1,222 @@
+#include "rank/rank.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+#include <utility>
+
+#include "base/memory_gate.hpp"
+#include "base/threads.hpp"
+#include "rank/curvature_pass.hpp"
+#include "rank/point_grid.hpp"
+#include "rank/spacing.hpp"
+#include "store/ranked_run.hpp"
+
+namespace knap {
+
+namespace {
+
+constexpr std::uint64_t kOrderedBytes = sizeof(Vec3) + sizeof(PointId) + 1;
+constexpr std::uint64_t kBrickBytes = sizeof(Vec3) + sizeof(PointId);
+
+// Merge holds a block of every run at a time.
+std::size_t block_points_for(std::size_t runs, std::uint64_t budget_bytes) {
+    constexpr std::uint64_t kSmallest = 64;
+    constexpr std::uint64_t kLargest = 4096;
+    const std::uint64_t share = budget_bytes / 8 / std::max<std::size_t>(runs, 1) / (2 * sizeof(RankedPoint));
+    return static_cast<std::size_t>(std::clamp(share, kSmallest, kLargest));
+}
+
+class Ranker {
+  public:
+    Ranker(const SourceTable& table, const std::vector<BrickFile>& bricks, const RankRequest& request,
+           const std::function<void(std::uint64_t)>& advance)
+        : table_(table), bricks_(bricks), request_(request), advance_(advance), gate_(request.budget_bytes) {}
+
+    RankResult rank() {
+        result_.spacing = measure_spacing();
+        const FourierEstimator estimator(request_.curvature, result_.spacing);
+        rank_bricks(estimator);
+        settle_stragglers(estimator);
+        result_.mean_curvature =
+            result_.points == 0 ? 0 : curvature_sum_.value() / static_cast<double>(result_.points);
+        return std::move(result_);
+    }
+
+  private:
+    double measure_spacing() {
+        const SpacingSample sample(table_.points() - table_.rejected());
+        BrickSpacing total;
+        parallel_tasks(bricks_.size(), [&](std::size_t i) {
+            const BrickFile& file = bricks_[i];
+            const auto ticket = admit(file);
+            const BrickSpacing part =
+                brick_spacing(read_brick_file(file.path, table_), sample, file.brick.halo, table_.box(),
+                              file.brick.order_voxel);
+            const std::scoped_lock lock(mutex_);
+            total.sum.add(part.sum);
+            total.count += part.count;
+            total.stragglers.insert(total.stragglers.end(), part.stragglers.begin(), part.stragglers.end());
+        });
+        const CoreAccess cores = core_access([&](std::size_t i) {
+            OrderedBrick core = order_brick(read_brick_file(bricks_[i].path, table_, false),
+                                            bricks_[i].brick.order_voxel);
+            return CorePoints{std::move(core.positions), std::move(core.ids)};
+        });
+        for (const auto& neighbours : gather(total.stragglers, 1, cores)) {
+            if (!neighbours.empty()) {
+                total.sum.add(std::sqrt(neighbours.front().squared_distance));
+                ++total.count;
+            }
+        }
+        return total.count == 0 ? 0 : total.sum.value() / static_cast<double>(total.count);
+    }
+
+    void rank_bricks(const FourierEstimator& estimator) {
+        result_.runs.resize(bricks_.size());
+        straggler_runs_.resize(bricks_.size());
+        parallel_tasks(bricks_.size(), [&](std::size_t i) {
+            const BrickFile& file = bricks_[i];
+            const auto ticket = admit(file);
+            OrderedBrick brick =
+                order_brick(read_brick_file(file.path, table_), file.brick.order_voxel);
+            const std::uint64_t merged = brick.merged;
+            const RankedBrick ranked = rank_brick(std::move(brick), request_.curvature.neighbours,
+                                                  estimator, file.brick.halo, table_.box());
+            result_.runs[i] = write_run(fmt::format("{:06}.run", i), ranked.points);
+            if (!ranked.stragglers.empty()) {
+                straggler_runs_[i] = write_stragglers(i, ranked.stragglers);
+            }
+            const std::scoped_lock lock(mutex_);
+            request_.on_run_written();
+            std::filesystem::remove(file.path);
+            curvature_sum_.add(ranked.curvature_sum);
+            result_.points += ranked.points.size();
+            result_.merged += merged;
+            result_.stragglers += ranked.stragglers.size();
+            advance_(file.core_points);
+        });
+    }
+
+    // In groups that fit the budget; each group becomes a run of its own.
+    void settle_stragglers(const FourierEstimator& estimator) {
+        const auto k = static_cast<std::size_t>(request_.curvature.neighbours);
+        const std::uint64_t each = 2 * k * sizeof(FoundNeighbour) + sizeof(Straggler) + sizeof(RankedPoint);
+        const auto most = static_cast<std::size_t>(std::max<std::uint64_t>(request_.budget_bytes / 4 / each, 1));
+        const CoreAccess cores = core_access([&](std::size_t i) { return load_ranked_core(i); });
+        std::vector<Straggler> group;
+        const auto settle_group = [&] {
+            const std::vector<RankedPoint> ranked =
+                rank_stragglers(group, gather(group, k, cores), estimator);
+            for (const RankedPoint& point : ranked) {
+                curvature_sum_.add(point.key);
+            }
+            result_.points += ranked.size();
+            result_.runs.push_back(write_run(fmt::format("{:06}.run", result_.runs.size()), ranked));
+            group.clear();
+        };
+        for (const auto& path : straggler_runs_) {
+            if (path.empty()) {
+                continue;
+            }
+            RunReader reader(path, table_);
+            for (std::vector<RankedPoint> block; reader.next(block);) {
+                for (const RankedPoint& point : block) {
+                    group.push_back({point.position, point.id, point.key});
+                    if (group.size() == most) {
+                        settle_group();
+                    }
+                }
+            }
+        }
+        if (!group.empty()) {
+            settle_group();
+        }
+        request_.on_run_written();
+        for (const auto& path : straggler_runs_) {
+            if (!path.empty()) {
+                std::filesystem::remove(path);
+            }
+        }
+    }
+
+    // The core of a brick whose file is gone: its run and its stragglers.
+    CorePoints load_ranked_core(std::size_t i) const {
+        CorePoints core;
+        core.positions.reserve(bricks_[i].core_points);
+        core.ids.reserve(bricks_[i].core_points);
+        for (const auto& path : {result_.runs[i], straggler_runs_[i]}) {
+            if (path.empty()) {
+                continue;
+            }
+            RunReader reader(path, table_);
+            for (std::vector<RankedPoint> block; reader.next(block);) {
+                for (const RankedPoint& point : block) {
+                    core.positions.push_back(point.position);
+                    core.ids.push_back(point.id);
+                }
+            }
+        }
+        return core;
+    }
+
+    std::filesystem::path write_run(const std::string& name, const std::vector<RankedPoint>& points) const {
+        const std::filesystem::path path = request_.folder / name;
+        RunWriter writer(path, table_, block_points_for(bricks_.size(), request_.budget_bytes));
+        for (const RankedPoint& point : points) {
+            writer.add(point);
+        }
+        writer.finish();
+        return path;
+    }
+
+    std::filesystem::path write_stragglers(std::size_t i, const std::vector<Straggler>& stragglers) const {
+        std::vector<RankedPoint> by_bound;
+        by_bound.reserve(stragglers.size());
+        for (const Straggler& straggler : stragglers) {
+            by_bound.push_back({straggler.bound_squared, straggler.id, straggler.position});
+        }
+        return write_run(fmt::format("{:06}.stragglers", i), by_bound);
+    }
+
+    CoreAccess core_access(std::function<CorePoints(std::size_t)> load) const {
+        CoreAccess cores;
+        for (const BrickFile& file : bricks_) {
+            cores.boxes.push_back(file.core_box);
+        }
+        cores.load = std::move(load);
+        return cores;
+    }
+
+    MemoryGate::Ticket admit(const BrickFile& file) {
+        return gate_.admit((file.core_points + file.halo_points) * rank_bytes_per_point());
+    }
+
+    const SourceTable& table_;
+    const std::vector<BrickFile>& bricks_;
+    const RankRequest& request_;
+    const std::function<void(std::uint64_t)>& advance_;
+    MemoryGate gate_;
+    std::mutex mutex_;
+    std::vector<std::filesystem::path> straggler_runs_;
+    ExactSum curvature_sum_;
+    RankResult result_;
+};
+
+}  // namespace
+
+std::uint64_t rank_bytes_per_point() {
+    // While the tree stands: the ordered brick, the tree, and a curvature each. Reading and
+    // ordering takes less: the brick twice and the voxels.
+    return std::max(kOrderedBytes + NeighbourSearch::kBytesPerPoint + sizeof(double),
+                    2 * kBrickBytes + PointGrid::kBytesPerPoint);
+}
+
+RankResult rank(const SourceTable& table, const std::vector<BrickFile>& bricks,
+                const RankRequest& request, const std::function<void(std::uint64_t)>& advance) {
+    return Ranker(table, bricks, request, advance).rank();
+}
+
+}  // namespace knap

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "base/exact_sum.hpp"
+#include "rank/gather.hpp"
+#include "store/brick_file.hpp"
+
+namespace knap {
+
+/// Chooses the points whose nearest-neighbour distances make up the spacing: by a hash of the id,
+/// so that the choice does not depend on how the archive is cut. All of up to a million points; a
+/// million and a quarter of more, so that a million are left where some coincide.
+class SpacingSample {
+  public:
+    /// @param points  finite points of the archive
+    explicit SpacingSample(std::uint64_t points);
+    bool contains(PointId id) const;
+
+  private:
+    std::uint64_t threshold_;
+};
+
+/// The part of the spacing that one brick knows.
+struct BrickSpacing {
+    ExactSum sum;                       ///< of nearest-neighbour distances, cloud units
+    std::uint64_t count = 0;            ///< distances in the sum
+    std::vector<Straggler> stragglers;  ///< sampled points whose neighbour may be in another brick
+};
+
+/// Distances from the sampled core points of a brick to their nearest other points.
+/// @param brick        as read: coincident points not yet merged
+/// @param order_voxel  edge of the voxels to search by, > 0, cloud units
+BrickSpacing brick_spacing(const BrickPoints& brick, const SpacingSample& sample, const Box& halo,
+                           const Box& archive, double order_voxel);
+
+}  // namespace knap

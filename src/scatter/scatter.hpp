@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <vector>
+
+#include "knap/geometry.hpp"
+#include "store/brick_map.hpp"
+#include "store/brick_plan.hpp"
+#include "store/source_table.hpp"
+
+namespace knap {
+
+struct ScatterRequest {
+    std::filesystem::path folder;    ///< exists; gets a file a brick
+    int threads = 1;                 ///< >= 1
+    std::uint64_t budget_bytes = 0;  ///< for all buffers
+};
+
+/// Second pass over the archive: appends {position, id} of every finite point to the brick that
+/// owns it and to every brick whose halo holds it.
+///
+/// No file stays open between appends, so any number of bricks will do.
+/// @return one file a brick, in the order of the plan
+/// @throws InputError if a source has changed since the survey
+/// @throws StorageError if the disk is full or fails
+std::vector<BrickFile> scatter(const SourceTable& table, const BrickPlan& plan, const BrickMap& map,
+                               const ScatterRequest& request,
+                               const std::function<void(std::uint64_t)>& advance);
+
+}  // namespace knap

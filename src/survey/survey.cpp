@@ -1,0 +1,140 @@
+#include "survey/survey.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "base/checksum.hpp"
+#include "base/extent.hpp"
+#include "base/threads.hpp"
+#include "input/stream.hpp"
+#include "knap/source.hpp"
+
+namespace knap {
+
+namespace {
+
+constexpr std::size_t kChunkPoints = std::size_t{1} << 16;
+constexpr std::uint64_t kRangePoints = std::uint64_t{1} << 20;
+
+// Voxels along the longest side of the first chunk. Finer than bricks need for most archives; the
+// grid coarsens itself where that is too fine for its budget.
+constexpr double kFirstVoxels = 512;
+
+// What one thread has seen of one source.
+struct Tally {
+    std::uint64_t points = 0;
+    std::uint64_t rejected = 0;
+};
+
+struct Worker {
+    explicit Worker(Occupancy grid) : occupancy(std::move(grid)) {}
+    Occupancy occupancy;
+    Box box;
+    std::vector<Tally> tallies;
+};
+
+// From the first chunk that has a finite point, so that it does not depend on threads.
+double first_voxel_size(const std::vector<std::filesystem::path>& files) {
+    Box box;
+    for (const std::filesystem::path& file : files) {
+        const std::unique_ptr<PointSource> source = open_source(file);
+        Chunk chunk;
+        while (box.empty() && source->read(chunk, kChunkPoints)) {
+            for (const Vec3& p : chunk.positions) {
+                if (is_finite(p)) {
+                    box.extend(p);
+                }
+            }
+        }
+        if (!box.empty()) {
+            break;
+        }
+    }
+    const Vec3 size = box.size();
+    const double longest = std::max({size.x, size.y, size.z});
+    const double farthest =
+        box.empty() ? 0
+                    : std::max({std::abs(box.min.x), std::abs(box.min.y), std::abs(box.min.z),
+                                std::abs(box.max.x), std::abs(box.max.y), std::abs(box.max.z)});
+    // A first chunk in one place says nothing of size; what doubles resolve there is a start.
+    constexpr double kResolution = 1e-12;
+    const double smallest = std::max(farthest * kResolution, std::numeric_limits<double>::min() * 4);
+    return std::max(longest / kFirstVoxels, smallest);
+}
+
+}  // namespace
+
+std::uint64_t survey_overhead_bytes(int threads) {
+    constexpr std::uint64_t kReaderBytes = std::uint64_t{4} << 20;
+    return static_cast<std::uint64_t>(threads) * (kReaderBytes + kChunkPoints * sizeof(Vec3));
+}
+
+Survey survey(const SurveyRequest& request, const std::function<void(std::uint64_t)>& advance) {
+    std::vector<SourceInfo> infos;
+    for (const std::filesystem::path& file : request.files) {
+        infos.push_back(open_source(file)->info());
+    }
+    const double voxel_size = first_voxel_size(request.files);
+    const auto threads = static_cast<std::size_t>(std::max(request.threads, 1));
+    const std::uint64_t budget = request.budget_bytes / (threads + 1);
+    std::vector<Worker> workers;
+    for (std::size_t i = 0; i < threads; ++i) {
+        workers.emplace_back(Occupancy(voxel_size, budget));
+        workers.back().tallies.resize(infos.size());
+    }
+
+    const std::vector<SourceRange> ranges = cut_into_ranges(infos, kRangePoints);
+    stream_ranges(infos, ranges, static_cast<int>(threads), kChunkPoints,
+                  [&](std::size_t slot, std::size_t range, const Chunk& chunk) {
+                      Worker& worker = workers[slot];
+                      Tally& tally = worker.tallies[ranges[range].source];
+                      for (const Vec3& p : chunk.positions) {
+                          if (is_finite(p)) {
+                              worker.box.extend(p);
+                              worker.occupancy.add(p);
+                          } else {
+                              ++tally.rejected;
+                          }
+                      }
+                      tally.points += chunk.positions.size();
+                      advance(chunk.positions.size());
+                  });
+
+    std::vector<std::string> digests(infos.size());
+    if (request.digests) {
+        run_tasks(infos.size(), static_cast<int>(threads),
+                  [&](std::size_t i, std::size_t) { digests[i] = xxh3_128_of_file(infos[i].path); });
+    }
+
+    Box box;
+    std::optional<Occupancy> occupancy;
+    for (Worker& worker : workers) {
+        box.extend(worker.box);
+        if (occupancy) {
+            occupancy->add(worker.occupancy);
+        } else {
+            occupancy.emplace(std::move(worker.occupancy));
+        }
+    }
+    check_extent(box);
+
+    std::vector<SourceEntry> entries;
+    for (std::size_t i = 0; i < infos.size(); ++i) {
+        SourceEntry entry;
+        entry.info = infos[i];
+        entry.given_path = infos[i].path.string();
+        entry.xxh3 = digests[i];
+        for (const Worker& worker : workers) {
+            entry.points += worker.tallies[i].points;
+            entry.rejected += worker.tallies[i].rejected;
+        }
+        entries.push_back(std::move(entry));
+    }
+    return {SourceTable(std::move(entries), box), std::move(*occupancy)};
+}
+
+}  // namespace knap
