@@ -7,6 +7,7 @@
 #include "app/commands.hpp"
 #include "app/format.hpp"
 #include "base/file.hpp"
+#include "input/draco_reader.hpp"
 #include "knap/archive.hpp"
 #include "knap/source.hpp"
 
@@ -61,6 +62,21 @@ std::string describe(const SourceInfo& info) {
     return text + row("crs", format_crs(info.crs));
 }
 
+/// A single Draco file: knap writes those, but does not read them as a source.
+std::string describe_draco(const std::string& path) {
+    const DracoCloud cloud = read_draco(path);
+    std::string text = row("file", path);
+    text += row("format", cloud.lattice ? "Draco, written by knap" : "Draco");
+    text += row("size", format_bytes(std::filesystem::file_size(path)));
+    text += row("points", format_count(cloud.positions.size()));
+    if (cloud.lattice) {
+        text += row("lattice", fmt::format("step {}, origin {}", cloud.lattice->step,
+                                           format_vec(cloud.lattice->origin)));
+        text += row("crs", format_crs(cloud.lattice->crs));
+    }
+    return text;
+}
+
 std::string describe(const ManifestSource& source) {
     std::string text = row("source", source.path);
     text += row("  format", source.format);
@@ -107,22 +123,25 @@ std::string describe(const Archive& archive) {
     return text;
 }
 
+std::string describe_path(const std::string& path) {
+    std::error_code ignored;
+    if (std::filesystem::is_directory(path, ignored)) {
+        return describe(Archive(path));
+    }
+    return path.ends_with(".drc") ? describe_draco(path) : describe(open_source(path)->info());
+}
+
 }  // namespace
 
 Command add_info(CLI::App& root) {
     CLI::App* const command =
         root.add_subcommand("info", "header, attributes and counts of a file or an archive");
     const auto path = std::make_shared<std::string>();
-    command->add_option("FILE|ARCHIVE", *path, "a point cloud, or an archive folder")
+    command->add_option("FILE|ARCHIVE", *path, "a point cloud, a .drc file, or an archive folder")
         ->type_name("")
         ->required();
     command->footer("Examples:\n  knap info scan.laz\n  knap info scan_archive");
-    return {command, [path] {
-                std::error_code ignored;
-                const bool is_folder = std::filesystem::is_directory(*path, ignored);
-                fmt::print("{}", is_folder ? describe(Archive(*path))
-                                           : describe(open_source(*path)->info()));
-            }};
+    return {command, [path] { fmt::print("{}", describe_path(*path)); }};
 }
 
 }  // namespace knap::app

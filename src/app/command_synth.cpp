@@ -22,7 +22,7 @@ namespace knap::app {
 namespace {
 
 constexpr std::uint64_t kMostPoints = std::uint64_t{1} << 40;
-constexpr double kFlakeNoise = 0.002;  // mm
+constexpr double kFlakeNoise = 0.0005;  // mm
 
 struct SynthOptions {
     std::string shape;
@@ -107,7 +107,7 @@ Command add_synth(CLI::App& root) {
     command
         ->add_option("--noise", options->noise,
                      "largest distance of a point from the surface, along the normal\n"
-                     "[cloud units; >= 0, finite; default 0.002 for the flake, else 0]")
+                     "[cloud units; >= 0, finite; default 0.0005 for the flake, else 0]")
         ->type_name("NUMBER");
     command
         ->add_option("--threads", options->threads,

@@ -19,7 +19,7 @@ std::string format_count(std::uint64_t count) {
 }
 
 std::string format_rate(std::uint64_t items, double seconds) {
-    if (!(seconds > 0)) {
+    if (!(seconds > 0) || items == 0) {
         return "-";
     }
     const double rate = static_cast<double>(items) / seconds;

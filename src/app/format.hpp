@@ -8,7 +8,7 @@ namespace knap::app {
 /// "1,234,567"
 std::string format_count(std::uint64_t count);
 
-/// Items a second: "3.64 M", "820 k"; "-" where no time was measured.
+/// Items a second: "3.64 M", "820 k"; "-" where nothing was done or measured.
 std::string format_rate(std::uint64_t items, double seconds);
 
 /// "0.12 s", "2 min 03 s", "1 h 02 min"

@@ -33,11 +33,9 @@ std::string_view last_part(std::string_view key) {
 }
 
 std::size_t distance(std::string_view word, std::string_view candidate) {
-    if (candidate.starts_with(std::string(word) + '.')) {
-        return 1;  // the section was named, not the key
-    }
-    return std::min(edit_distance(word, candidate),
-                    edit_distance(last_part(word), last_part(candidate)) + 1);
+    const std::string_view section = candidate.substr(0, candidate.find('.'));
+    return std::min({edit_distance(word, candidate), edit_distance(word, section),
+                     edit_distance(last_part(word), last_part(candidate)) + 1});
 }
 
 }  // namespace

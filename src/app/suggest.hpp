@@ -9,7 +9,7 @@
 namespace knap::app {
 
 /// The candidate that a mistyped word most likely means: fewest letters to change, where the part
-/// after the last dot alone may match too. Ties go to the earlier candidate.
+/// before or after the dot alone may match too. Ties go to the earlier candidate.
 /// @param candidates  at least one
 std::string_view nearest(std::string_view word, std::span<const std::string_view> candidates);
 

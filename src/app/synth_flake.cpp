@@ -12,8 +12,9 @@ namespace knap::app {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kHalfLength = 30;     // mm
-constexpr double kHalfWidth = 17.5;    // mm
+// Of the ellipse that the scars come down to; the corners between them reach a little past it.
+constexpr double kHalfLength = 29.5;   // mm
+constexpr double kHalfWidth = 16;      // mm
 constexpr double kDorsalHeight = 6.5;  // mm above the rim
 constexpr double kVentralDepth = 3.5;  // mm below it
 constexpr int kScars = 5;              // large scars of the back, which meet in its ridges

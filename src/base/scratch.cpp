@@ -31,19 +31,10 @@ ScratchFolder::~ScratchFolder() {
     fs::remove_all(path_, ignored);
 }
 
-void ScratchFolder::note_usage() {
-    std::uint64_t total = 0;
-    std::error_code error;
-    for (fs::recursive_directory_iterator at(path_, error), end; !error && at != end;
-         at.increment(error)) {
-        std::error_code gone;  // another thread may have finished with the file meanwhile
-        const std::uintmax_t size = at->file_size(gone);
-        if (!gone) {
-            total += size;
-        }
-    }
-    std::uint64_t seen = peak_;
-    while (seen < total && !peak_.compare_exchange_weak(seen, total)) {
+void ScratchFolder::grew_by(std::int64_t bytes) {
+    const std::int64_t used = used_ += bytes;
+    std::int64_t seen = peak_;
+    while (seen < used && !peak_.compare_exchange_weak(seen, used)) {
     }
 }
 

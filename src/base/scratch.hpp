@@ -18,13 +18,14 @@ class ScratchFolder {
 
     const std::filesystem::path& path() const { return path_; }
 
-    /// Measures what is in the folder now and remembers the largest figure.
-    void note_usage();
-    std::uint64_t peak_bytes() const { return peak_; }
+    /// To be told how many bytes a file in the folder grew by, or gave back. Thread-safe.
+    void grew_by(std::int64_t bytes);
+    std::uint64_t peak_bytes() const { return static_cast<std::uint64_t>(peak_.load()); }
 
   private:
     std::filesystem::path path_;
-    std::atomic<std::uint64_t> peak_{0};
+    std::atomic<std::int64_t> used_{0};
+    std::atomic<std::int64_t> peak_{0};
 };
 
 /// Bytes that an ordinary user can still write below `folder`, which need not exist yet.

@@ -6,7 +6,7 @@
 #include <array>
 #include <utility>
 
-#include "input/byte_reader.hpp"
+#include "input/buffered_reader.hpp"
 #include "input/bytes.hpp"
 #include "input/las_header.hpp"
 #include "input/las_info.hpp"
@@ -86,7 +86,7 @@ class LasSource final : public PointSource {
             static_cast<std::size_t>(std::min<std::uint64_t>(header_.count - next_, max_points));
         chunk.first = next_;
         chunk.positions.resize(wanted);
-        const std::size_t block = ByteReader::kCapacity / header_.record_length;
+        const std::size_t block = BufferedReader::kCapacity / header_.record_length;
         for (std::size_t done = 0; done < wanted;) {
             const std::size_t n = std::min(block, wanted - done);
             decode(reader_.take(n * header_.record_length), n, chunk.positions.data() + done);
@@ -120,7 +120,7 @@ class LasSource final : public PointSource {
     InputFile file_;
     LasHeader header_;
     SourceInfo info_;
-    ByteReader reader_;
+    BufferedReader reader_;
     std::uint64_t next_ = 0;
 };
 

@@ -86,8 +86,7 @@ std::string excerpt(std::string_view text) {
     constexpr std::size_t kLongest = 40;
     std::string shown = "'";
     for (const char c : text.substr(0, kLongest)) {
-        const bool printable = static_cast<unsigned char>(c) >= 0x20 && c != 0x7f;
-        shown += printable ? c : '?';
+        shown += c >= 0x20 && c < 0x7f ? c : '?';
     }
     shown += text.size() > kLongest ? "...'" : "'";
     return shown;

@@ -23,7 +23,7 @@ std::optional<double> parse_scalar(std::string_view text, ScalarType type);
 /// The whole of `text` as a count: decimal digits.
 std::optional<std::uint64_t> parse_count(std::string_view text);
 
-/// Foreign text for an error message: in quotes, shortened, on one line.
+/// Foreign text for an error message: in quotes, shortened, in ASCII, on one line.
 std::string excerpt(std::string_view text);
 
 }  // namespace knap

@@ -7,7 +7,7 @@
 #include <limits>
 #include <utility>
 
-#include "input/byte_reader.hpp"
+#include "input/buffered_reader.hpp"
 #include "input/bytes.hpp"
 #include "input/scalar.hpp"
 #include "knap/error.hpp"
@@ -69,7 +69,7 @@ class BinaryPlySource final : public PointSource {
     InputFile file_;
     PlyHeader header_;
     SourceInfo info_;
-    ByteReader reader_;
+    BufferedReader reader_;
     bool swap_;
     std::array<std::size_t, 3> axis_offsets_{};  // in a record without lists
     std::uint64_t next_ = 0;
@@ -82,10 +82,10 @@ void BinaryPlySource::check_size() const {
     bool exact = true;
     for (const PlyElement& element : header_.elements) {
         const std::size_t stride = element.stride();
-        if (stride > ByteReader::kCapacity) {
-            throw InputError(
-                fmt::format("{}: expected at most {} bytes in one element '{}', found {}",
-                            file_.path().string(), ByteReader::kCapacity, element.name, stride));
+        if (stride > BufferedReader::kCapacity) {
+            throw InputError(fmt::format(
+                "{}: expected at most {} bytes in one element '{}', found {}",
+                file_.path().string(), BufferedReader::kCapacity, element.name, stride));
         }
         if (stride > 0 && element.count > left / stride) {
             throw InputError(

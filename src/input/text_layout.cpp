@@ -42,9 +42,14 @@ std::vector<std::string> fields_of(std::string_view line) {
     return all;
 }
 
+/// Is this meant as a number? "1,5" is, though it is none: its line is no header.
+bool looks_numeric(std::string_view field) {
+    const std::size_t digit = field.find_first_not_of("+-.");
+    return parse_double(field) || (digit <= 2 && field[digit] >= '0' && field[digit] <= '9');
+}
+
 bool has_number(std::span<const std::string> fields) {
-    return std::ranges::any_of(fields,
-                               [](const std::string& f) { return parse_double(f).has_value(); });
+    return std::ranges::any_of(fields, looks_numeric);
 }
 
 /// Works out the layout line by line.
@@ -158,6 +163,7 @@ TextLayout Detector::detect() {
     bool has_line = true;
     if (!has_number(fields)) {
         header = fields;
+        layout_.separator = separator_of(line);
         take_header(header);
         has_line = next(line);
     } else if (fields.size() == 1) {
@@ -193,9 +199,7 @@ bool Detector::looks_certain() {
     if (fields.size() == 1 && parse_count(fields[0]) && next(line)) {
         fields = fields_of(line);
     }
-    return fields.size() >= 3 && has_number(std::span(fields).first(1)) &&
-           has_number(std::span(fields).subspan(1, 1)) &&
-           has_number(std::span(fields).subspan(2, 1));
+    return fields.size() >= 3 && std::ranges::all_of(std::span(fields).first(3), looks_numeric);
 }
 
 }  // namespace

@@ -102,8 +102,8 @@ class Pipeline {
                                 .budget_bytes = budgets_.stage / 4},
                                advance);
             });
-        scratch_.note_usage();
         for (const BrickFile& file : files) {
+            scratch_.grew_by(static_cast<std::int64_t>(file.bytes));
             record("scatter", file.path.filename().string(),
                    {{"core", file.core_points}, {"halo", file.halo_points}, {"bytes", file.bytes}});
         }
@@ -116,7 +116,7 @@ class Pipeline {
                         {.folder = scratch_.path(),
                          .curvature = job_.curvature,
                          .budget_bytes = budgets_.stage,
-                         .on_run_written = [&] { scratch_.note_usage(); }},
+                         .on_scratch = [&](std::int64_t bytes) { scratch_.grew_by(bytes); }},
                         advance);
         });
         for (const auto& path : ranked.runs) {
@@ -141,7 +141,7 @@ class Pipeline {
         });
         merged.selection.save(scratch_.path() / kSelectionFile);
         record("merge", kSelectionFile, {{"kept", merged.kept}, {"represented", merged.represented}});
-        scratch_.note_usage();
+        scratch_.grew_by(static_cast<std::int64_t>(std::filesystem::file_size(scratch_.path() / kSelectionFile)));
         for (const auto& path : ranked.runs) {
             std::filesystem::remove(path);
         }

@@ -21,33 +21,45 @@ using openvdb::Coord;
 constexpr double kMostVoxels = 1 << 20;
 constexpr double kFaceMargin = 1 - 1e-6;
 
-// The brick as PointIndexGrid wants it, moved to the origin.
+// Where a search gives up: voxels away, and points looked at.
+constexpr int kWidestRing = 6;
+constexpr std::ptrdiff_t kMostCandidates = 4096;
+
+// Puts a brick at the origin and makes its voxels unit cubes: OpenVDB's transforms refuse voxels
+// below 1e-7 or so, whatever the cloud's unit is.
+struct Placement {
+    Vec3 origin;
+    double voxel_size = 1;
+
+    openvdb::Vec3d operator()(const Vec3& point) const {
+        const Vec3 p = point - origin;
+        return {p.x / voxel_size, p.y / voxel_size, p.z / voxel_size};
+    }
+};
+
+// The brick as PointIndexGrid wants it.
 class PointList {
   public:
     using PosType = openvdb::Vec3d;
 
-    PointList(std::span<const Vec3> points, const Vec3& origin) : points_(points), origin_(origin) {}
+    PointList(std::span<const Vec3> points, const Placement& placement)
+        : points_(points), placement_(placement) {}
     std::size_t size() const { return points_.size(); }
-    void getPos(std::size_t n, PosType& position) const {
-        const Vec3 p = points_[n] - origin_;
-        position = PosType(p.x, p.y, p.z);
-    }
+    void getPos(std::size_t n, PosType& position) const { position = placement_(points_[n]); }
 
   private:
     std::span<const Vec3> points_;
-    Vec3 origin_;
+    Placement placement_;
 };
 
 }  // namespace
 
 struct PointGrid::Grid {
-    Vec3 origin;
-    double voxel_size = 0;
+    Placement placement;
     IndexGrid::Ptr index;
 
     Coord voxel_of(const Vec3& point) const {
-        const Vec3 p = point - origin;
-        return index->transform().worldToIndexCellCentered(openvdb::Vec3d(p.x, p.y, p.z));
+        return index->transform().worldToIndexCellCentered(placement(point));
     }
 };
 
@@ -59,14 +71,14 @@ PointGrid::PointGrid(std::span<const Vec3> points, double voxel_size)
     }
     const Vec3 size = box.size();
     const double longest = std::max({size.x, size.y, size.z});
-    grid_->origin = box.empty() ? Vec3{} : box.min;
-    grid_->voxel_size =
+    grid_->placement.origin = box.empty() ? Vec3{} : box.min;
+    grid_->placement.voxel_size =
         std::max({voxel_size, longest / kMostVoxels, std::numeric_limits<float>::min() * 1.0});
     // Isolated: a thread that waits inside the library must not start on another brick.
     tbb::this_task_arena::isolate([&] {
-        const auto transform = openvdb::math::Transform::createLinearTransform(grid_->voxel_size);
+        const auto transform = openvdb::math::Transform::createLinearTransform(1.0);
         grid_->index = openvdb::tools::createPointIndexGrid<IndexGrid>(
-            PointList(points, grid_->origin), *transform);
+            PointList(points, grid_->placement), *transform);
     });
 }
 
@@ -93,12 +105,13 @@ std::vector<std::uint32_t> PointGrid::order(std::vector<std::uint32_t>& begins) 
     return order;
 }
 
-PointGrid::Nearest PointGrid::nearest_other(std::uint32_t index, std::span<const PointId> ids,
-                                            int max_ring) const {
+PointGrid::Nearest PointGrid::nearest_other(std::uint32_t index,
+                                            std::span<const PointId> ids) const {
     openvdb::tree::ValueAccessor<const IndexTree> leaves(grid_->index->tree());
     const Vec3 p = points_[index];
     const Coord centre = grid_->voxel_of(p);
-    Nearest found{std::numeric_limits<double>::infinity(), false, true};
+    Nearest found{std::numeric_limits<double>::infinity(), true, false};
+    std::ptrdiff_t candidates = 0;
     const auto visit = [&](const Coord& at) {
         const auto* leaf = leaves.probeConstLeaf(at);
         const openvdb::PointIndex32* begin = nullptr;
@@ -106,7 +119,8 @@ PointGrid::Nearest PointGrid::nearest_other(std::uint32_t index, std::span<const
         if (leaf == nullptr || !leaf->getIndices(at, begin, end)) {
             return;
         }
-        for (; begin != end; ++begin) {
+        candidates += end - begin;
+        for (; begin != end && candidates <= kMostCandidates; ++begin) {
             const Vec3& q = points_[*begin];
             if (q == p) {
                 found.lowest_id = found.lowest_id && ids[*begin] >= ids[index];
@@ -116,7 +130,7 @@ PointGrid::Nearest PointGrid::nearest_other(std::uint32_t index, std::span<const
         }
     };
     // A ring is the surface of a cube of voxels; ring 0 is the point's own voxel.
-    for (int ring = 0; ring <= max_ring; ++ring) {
+    for (int ring = 0; ring <= kWidestRing && candidates <= kMostCandidates; ++ring) {
         for (int dx = -ring; dx <= ring; ++dx) {
             for (int dy = -ring; dy <= ring; ++dy) {
                 const bool side = std::abs(dx) == ring || std::abs(dy) == ring;
@@ -127,8 +141,8 @@ PointGrid::Nearest PointGrid::nearest_other(std::uint32_t index, std::span<const
             }
         }
         // Points outside the cube are at least `ring` whole voxels away.
-        const double safe = ring * grid_->voxel_size * kFaceMargin;
-        if (found.squared_distance < safe * safe) {
+        const double safe = ring * grid_->placement.voxel_size * kFaceMargin;
+        if (found.squared_distance < safe * safe && candidates <= kMostCandidates) {
             found.complete = true;
             break;
         }

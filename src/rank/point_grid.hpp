@@ -27,12 +27,13 @@ class PointGrid {
     /// What nearest_other() finds.
     struct Nearest {
         double squared_distance;  ///< to the nearest point elsewhere that was found; may be infinite
-        bool complete;            ///< no point of the grid elsewhere is nearer
         bool lowest_id;           ///< no point with the same coordinates has a lower id
+        bool complete;            ///< both are certain; false: the search was given up
     };
 
-    /// Nearest point with other coordinates, looking at most `max_ring` voxels away. Thread-safe.
-    Nearest nearest_other(std::uint32_t index, std::span<const PointId> ids, int max_ring) const;
+    /// Nearest point with other coordinates. Gives up where that is far away or among very many,
+    /// measured in voxels: a tree is cheaper then. Thread-safe.
+    Nearest nearest_other(std::uint32_t index, std::span<const PointId> ids) const;
 
     /// Bytes a point that a grid takes, for planning.
     static constexpr std::uint64_t kBytesPerPoint = 24;

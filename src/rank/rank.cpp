@@ -90,8 +90,7 @@ class Ranker {
                 straggler_runs_[i] = write_stragglers(i, ranked.stragglers);
             }
             const std::scoped_lock lock(mutex_);
-            request_.on_run_written();
-            std::filesystem::remove(file.path);
+            remove(file.path);
             curvature_sum_.add(ranked.curvature_sum);
             result_.points += ranked.points.size();
             result_.merged += merged;
@@ -134,10 +133,9 @@ class Ranker {
         if (!group.empty()) {
             settle_group();
         }
-        request_.on_run_written();
         for (const auto& path : straggler_runs_) {
             if (!path.empty()) {
-                std::filesystem::remove(path);
+                remove(path);
             }
         }
     }
@@ -168,8 +166,14 @@ class Ranker {
         for (const RankedPoint& point : points) {
             writer.add(point);
         }
-        writer.finish();
+        request_.on_scratch(static_cast<std::int64_t>(writer.finish()));
         return path;
+    }
+
+    void remove(const std::filesystem::path& path) const {
+        const auto bytes = static_cast<std::int64_t>(std::filesystem::file_size(path));
+        std::filesystem::remove(path);
+        request_.on_scratch(-bytes);
     }
 
     std::filesystem::path write_stragglers(std::size_t i, const std::vector<Straggler>& stragglers) const {

@@ -15,8 +15,8 @@ struct RankRequest {
     std::filesystem::path folder;    ///< exists; gets a run a brick
     CurvatureParams curvature;
     std::uint64_t budget_bytes = 0;  ///< for all bricks in work
-    /// Told whenever a run was finished, before the brick file that it replaces is removed.
-    std::function<void()> on_run_written = [] {};
+    /// Told how many bytes of scratch a new file takes, or one that is gone gave back.
+    std::function<void(std::int64_t)> on_scratch = [](std::int64_t) {};
 };
 
 /// The archive ranked.

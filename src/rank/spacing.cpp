@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <mutex>
+#include <span>
 
 #include "base/checksum.hpp"
 #include "base/threads.hpp"
@@ -17,28 +18,37 @@ namespace {
 
 constexpr std::uint64_t kAllBelow = 1'000'000;
 constexpr double kSampled = 1'250'000;
-// Farther away than this a tree over the brick is cheaper than looking at voxels.
-constexpr int kWidestRing = 6;
 
 struct Sampled {
     std::uint32_t index;
     double squared_distance;
 };
 
-// The tree finds what the voxels did not.
-void search_by_tree(const BrickPoints& brick, double order_voxel, std::vector<Sampled>& lost) {
+// The tree finds what the voxels did not. Points that another of lower id stands for are dropped.
+std::vector<Sampled> search_by_tree(const BrickPoints& brick, double order_voxel,
+                                    std::span<const std::uint32_t> lost) {
     const OrderedBrick merged = order_brick(brick, order_voxel);
+    std::vector<PointId> counted = merged.ids;
+    std::sort(counted.begin(), counted.end());
+    std::vector<Sampled> found;
+    for (const std::uint32_t index : lost) {
+        if (std::binary_search(counted.begin(), counted.end(), brick.ids[index])) {
+            found.push_back({index, std::numeric_limits<double>::infinity()});
+        }
+    }
     const NeighbourSearch search(merged.positions, merged.ids);
     constexpr std::size_t kGrain = 64;
-    parallel_for(lost.size(), kGrain, [&](std::size_t first, std::size_t last) {
+    parallel_for(found.size(), kGrain, [&](std::size_t first, std::size_t last) {
         std::vector<Neighbour> nearest;
         for (std::size_t i = first; i < last; ++i) {
-            search.nearest(brick.positions[lost[i].index], brick.ids[lost[i].index], 1, nearest);
+            const std::uint32_t index = found[i].index;
+            search.nearest(brick.positions[index], brick.ids[index], 1, nearest);
             if (!nearest.empty()) {
-                lost[i].squared_distance = nearest.front().squared_distance;
+                found[i].squared_distance = nearest.front().squared_distance;
             }
         }
     });
+    return found;
 }
 
 }  // namespace
@@ -59,7 +69,7 @@ BrickSpacing brick_spacing(const BrickPoints& brick, const SpacingSample& sample
                            const Box& archive, double order_voxel) {
     const PointGrid grid(brick.positions, order_voxel);
     BrickSpacing result;
-    std::vector<Sampled> lost;
+    std::vector<std::uint32_t> lost;
     std::mutex mutex;
     const auto settle = [&](BrickSpacing& part, const Sampled& point) {
         const Vec3& p = brick.positions[point.index];
@@ -73,20 +83,17 @@ BrickSpacing brick_spacing(const BrickPoints& brick, const SpacingSample& sample
     constexpr std::size_t kGrain = 8192;
     parallel_for(brick.core_count, kGrain, [&](std::size_t first, std::size_t last) {
         BrickSpacing part;
-        std::vector<Sampled> part_lost;
+        std::vector<std::uint32_t> part_lost;
         for (std::size_t i = first; i < last; ++i) {
             if (!sample.contains(brick.ids[i])) {
                 continue;
             }
             const auto index = static_cast<std::uint32_t>(i);
-            const PointGrid::Nearest nearest = grid.nearest_other(index, brick.ids, kWidestRing);
-            if (!nearest.lowest_id) {
-                continue;
-            }
-            if (nearest.complete) {
+            const PointGrid::Nearest nearest = grid.nearest_other(index, brick.ids);
+            if (!nearest.complete) {
+                part_lost.push_back(index);
+            } else if (nearest.lowest_id) {
                 settle(part, {index, nearest.squared_distance});
-            } else {
-                part_lost.push_back({index, nearest.squared_distance});
             }
         }
         const std::scoped_lock lock(mutex);
@@ -96,8 +103,7 @@ BrickSpacing brick_spacing(const BrickPoints& brick, const SpacingSample& sample
         lost.insert(lost.end(), part_lost.begin(), part_lost.end());
     });
     if (!lost.empty()) {
-        search_by_tree(brick, order_voxel, lost);
-        for (const Sampled& point : lost) {
+        for (const Sampled& point : search_by_tree(brick, order_voxel, lost)) {
             settle(result, point);
         }
     }

@@ -10,12 +10,12 @@
 namespace knap {
 
 /// Reads a file forward in small or large pieces through a buffer of bounded size.
-class ByteReader {
+class BufferedReader {
   public:
     static constexpr std::size_t kCapacity = std::size_t{1} << 20;
 
     /// @param file  outlives the reader
-    explicit ByteReader(const InputFile& file) : file_(file) {}
+    explicit BufferedReader(const InputFile& file) : file_(file) {}
 
     /// Place in the file of the next byte.
     std::uint64_t offset() const { return offset_; }

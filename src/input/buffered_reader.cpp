@@ -1,4 +1,4 @@
-#include "input/byte_reader.hpp"
+#include "input/buffered_reader.hpp"
 
 #include <fmt/format.h>
 
@@ -9,7 +9,7 @@
 
 namespace knap {
 
-void ByteReader::seek(std::uint64_t offset) {
+void BufferedReader::seek(std::uint64_t offset) {
     const std::uint64_t buffer_begin = offset_ - position_;
     if (offset >= buffer_begin && offset <= buffer_begin + buffer_end_) {
         position_ = static_cast<std::size_t>(offset - buffer_begin);
@@ -20,7 +20,7 @@ void ByteReader::seek(std::uint64_t offset) {
     offset_ = offset;
 }
 
-void ByteReader::refill(std::size_t bytes) {
+void BufferedReader::refill(std::size_t bytes) {
     if (buffer_.empty()) {
         buffer_.resize(kCapacity);
     }

@@ -1,0 +1,56 @@
+# Runs one golden case; see CMakeLists.txt.
+
+if(NOT AFTER)
+    file(REMOVE_RECURSE ${FOLDER})
+    file(COPY ${FILES}/ DESTINATION ${FOLDER})
+endif()
+
+separate_arguments(arguments UNIX_COMMAND "${ARGUMENTS}")
+execute_process(COMMAND ${KNAP} ${arguments} WORKING_DIRECTORY ${FOLDER}
+                RESULT_VARIABLE status OUTPUT_VARIABLE stdout ERROR_VARIABLE stderr)
+
+function(fail what expected found)
+    message(FATAL_ERROR "knap ${ARGUMENTS}\n${what}: expected\n${expected}\nfound\n${found}\n"
+                        "exit status ${status}, standard error:\n${stderr}")
+endfunction()
+
+if(NOT status STREQUAL EXIT)
+    fail("exit status" "${EXIT}" "${status}")
+endif()
+
+set(expected_stderr "")
+if(STDERR)
+    set(expected_stderr "knap: error: ${STDERR}\n")
+endif()
+if(NOT stderr STREQUAL expected_stderr)
+    fail("standard error" "${expected_stderr}" "${stderr}")
+endif()
+
+if(DEFINED STDOUT_LIKE)
+    if(NOT stdout MATCHES "${STDOUT_LIKE}")
+        fail("standard output like" "${STDOUT_LIKE}" "${stdout}")
+    endif()
+elseif(NOT COUNTS_ADD_UP)
+    set(expected_stdout "")
+    if(DEFINED STDOUT_FILE)
+        file(READ ${GOLDEN}/${STDOUT_FILE} expected_stdout)
+    elseif(DEFINED STDOUT)
+        set(expected_stdout "${STDOUT}\n")
+    endif()
+    if(NOT stdout STREQUAL expected_stdout)
+        fail("standard output" "${expected_stdout}" "${stdout}")
+    endif()
+endif()
+
+if(COUNTS_ADD_UP)
+    foreach(name IN ITEMS in kept represented merged rejected)
+        if(NOT stdout MATCHES " ${name} +([0-9,]+)")
+            fail("a count" "${name}" "${stdout}")
+        endif()
+        string(REPLACE "," "" count_${name} "${CMAKE_MATCH_1}")
+    endforeach()
+    math(EXPR sum "${count_kept} + ${count_represented} + ${count_merged} + ${count_rejected}")
+    if(NOT sum EQUAL "${count_in}" OR count_kept EQUAL 0)
+        fail("the sum of the counts" "${count_in}" "${sum}")
+    endif()
+endif()

@@ -1,0 +1,35 @@
+#include "support/random_params.hpp"
+
+#include <cmath>
+#include <limits>
+
+namespace knap::test {
+
+SimplifyParams random_params(std::mt19937_64& random, const std::vector<Vec3>& cloud) {
+    const auto uniform = [&](double low, double high) {
+        return std::uniform_real_distribution<double>(low, high)(random);
+    };
+    const auto pick = [&](int low, int high) { return std::uniform_int_distribution<int>(low, high)(random); };
+    Box box;
+    for (const Vec3& p : cloud) {
+        if (is_finite(p)) {
+            box.extend(p);
+        }
+    }
+    const double diagonal = box.empty() ? 0 : box.diagonal();
+    SimplifyParams params;
+    params.curvature.neighbours = pick(0, 1) == 0 ? 30 : pick(3, 60);
+    params.curvature.samples = pick(0, 2) == 0 ? 2 * pick(2, 12) : 8;
+    params.curvature.step = pick(0, 2) == 0 ? uniform(0.2, 2) : 0.8;
+    // A lattice step as alpha makes distances equal ranges.
+    params.range.alpha =
+        pick(0, 3) == 0 ? 0.1 : diagonal > 0 ? diagonal * std::pow(10, uniform(-3, -0.5)) : 1;
+    params.range.min_factor = pick(0, 1) == 0 ? 1.0 / 3 : uniform(0.01, 1);
+    params.range.max_factor = pick(0, 2) == 0   ? std::numeric_limits<double>::infinity()
+                              : pick(0, 1) == 0 ? 8
+                                                : uniform(1, 20);
+    params.threads = pick(1, 3);
+    return params;
+}
+
+}  // namespace knap::test
