@@ -108,6 +108,28 @@ TEST(StreamRanges, EveryPointComesOnceForAnyThreadsRangesAndChunks) {
     }
 }
 
+TEST(StreamRanges, ThreadsOnOneLazFileReadWhatOneReads) {
+#ifndef KNAP_HAVE_LASZIP
+    GTEST_SKIP() << "built without LASzip";
+#endif
+    for (const std::string name :
+         {"lidar/extra_bytes_pf8.laz", "lidar/lone-star.copc.laz", "lidar/multi/split-1.laz"}) {
+        if (!std::filesystem::exists(test::shared_data(name))) {
+            GTEST_SKIP() << "no shared data";
+        }
+        const std::vector<Vec3> expected = test::read_all(test::shared_data(name));
+        const std::vector<SourceInfo> infos{open_source(test::shared_data(name))->info()};
+        const std::vector<SourceRange> ranges = cut_into_ranges(infos, 60000);
+        EXPECT_GT(ranges.size(), 2U);
+        std::vector<Vec3> seen(expected.size());
+        stream_ranges(infos, ranges, 4, 7000, [&](std::size_t, std::size_t, const Chunk& chunk) {
+            std::ranges::copy(chunk.positions,
+                              seen.begin() + static_cast<std::ptrdiff_t>(chunk.first));
+        });
+        EXPECT_TRUE(seen == expected) << name;
+    }
+}
+
 TEST(StreamRanges, AnErrorOfAnyKindReachesTheCaller) {
     Archive archive;
     const std::vector<SourceRange> ranges = cut_into_ranges(archive.infos, 500);

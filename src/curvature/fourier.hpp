@@ -1,8 +1,8 @@
 #pragma once
 
-#include <memory>
 #include <span>
 
+#include "curvature/fourier_series.hpp"
 #include "knap/geometry.hpp"
 #include "knap/params.hpp"
 
@@ -15,9 +15,7 @@ class FourierEstimator {
     /// @param params   valid
     /// @param spacing  mean nearest-neighbour distance of the whole archive, cloud units, >= 0;
     ///                 0 (no two points) makes every curvature 0
-    FourierEstimator(const CurvatureParams& params, double spacing);
-    ~FourierEstimator();
-    FourierEstimator(FourierEstimator&&) noexcept;
+    FourierEstimator(const CurvatureParams& params, double spacing) : series_(params, spacing) {}
 
     /// |H| at the first point of a neighbourhood, 1 / cloud unit. Thread-safe.
     /// @param neighbourhood  the point itself, then its neighbours by (distance, id); at most 256
@@ -25,8 +23,7 @@ class FourierEstimator {
     double mean_curvature(std::span<const Vec3> neighbourhood) const;
 
   private:
-    struct Weights;
-    std::unique_ptr<Weights> weights_;
+    FourierSeries series_;
 };
 
 }  // namespace knap

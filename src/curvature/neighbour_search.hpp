@@ -10,16 +10,10 @@
 
 namespace knap {
 
-/// A point found near another. Neighbours are ordered by (distance, id): a total order.
+/// A point found near another.
 struct Neighbour {
     double squared_distance = 0;  ///< cloud units squared
-    PointId id = 0;
     std::uint32_t index = 0;      ///< in the cloud that was searched
-
-    friend bool operator<(const Neighbour& a, const Neighbour& b) {
-        return a.squared_distance < b.squared_distance ||
-               (a.squared_distance == b.squared_distance && a.id < b.id);
-    }
 };
 
 /// Exact nearest neighbours in a cloud without coincident points, by FLANN's single kd-tree.

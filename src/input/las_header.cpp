@@ -109,7 +109,7 @@ void check_points(const HeaderBytes& bytes, const InputFile& file, const LasHead
 void list_records(const InputFile& file, std::uint64_t begin, std::uint64_t end,
                   std::uint64_t count, bool extended, std::vector<LasRecord>& records) {
     const std::size_t head_size = extended ? kEvlrHead : kVlrHead;
-    std::array<std::byte, kEvlrHead> head;
+    std::array<std::byte, kEvlrHead> head{};
     for (std::uint64_t i = 0; i < count && end - begin >= head_size; ++i) {
         if (file.read_some(begin, std::span(head).first(head_size)) < head_size) {
             return;

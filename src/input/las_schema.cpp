@@ -3,9 +3,9 @@
 #include <initializer_list>
 #include <string>
 
+#include "base/scalar.hpp"
 #include "input/bytes.hpp"
 #include "input/las_info.hpp"
-#include "input/scalar.hpp"
 
 namespace knap {
 

@@ -39,7 +39,7 @@ std::uint64_t points_limit(const InputFile& file, const LasHeader& header) {
 /// says so; indices of other tools and waveforms are appended this way.
 bool looks_like_record(const InputFile& file, std::uint64_t begin, std::uint64_t end) {
     constexpr std::size_t kHead = 60, kUserId = 2, kUserIdEnd = 18, kLength = 20;
-    std::array<std::byte, kHead> head;
+    std::array<std::byte, kHead> head{};
     if (file.read_some(begin, head) < kHead) {
         return false;
     }

@@ -5,7 +5,7 @@
 #include <limits>
 #include <system_error>
 
-#include "input/scalar.hpp"
+#include "base/scalar.hpp"
 
 namespace knap {
 

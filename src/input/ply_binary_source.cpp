@@ -7,9 +7,9 @@
 #include <limits>
 #include <utility>
 
+#include "base/scalar.hpp"
 #include "input/buffered_reader.hpp"
 #include "input/bytes.hpp"
-#include "input/scalar.hpp"
 #include "knap/error.hpp"
 
 namespace knap {

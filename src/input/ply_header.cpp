@@ -6,8 +6,8 @@
 #include <span>
 #include <string_view>
 
+#include "base/scalar.hpp"
 #include "input/number.hpp"
-#include "input/scalar.hpp"
 #include "knap/error.hpp"
 
 namespace knap {

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/scalar.hpp"
 #include "input/ply_ascii_source.hpp"
 #include "input/ply_binary_source.hpp"
 #include "input/ply_header.hpp"
-#include "input/scalar.hpp"
 
 namespace knap {
 

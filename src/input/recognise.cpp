@@ -81,7 +81,7 @@ Recognition recognise_text(const InputFile& file, std::string_view head, std::st
 }  // namespace
 
 Recognition recognise(const InputFile& file) {
-    std::array<char, 4096> bytes;
+    std::array<char, 4096> bytes{};
     const std::string_view head(bytes.data(),
                                 file.read_some(0, std::as_writable_bytes(std::span(bytes))));
     const std::string ending = ending_of(file);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <mutex>
 #include <span>
@@ -14,8 +15,9 @@ namespace knap {
 
 namespace {
 
-constexpr std::size_t kMostNeighbourhood = 256;
 constexpr std::size_t kGrain = 512;
+// Far above the rounding of a few additions and square roots.
+constexpr double kRoundingMargin = 1 + 1e-9;
 
 // A place in the order and where the point is; small, because sorting moves it about.
 struct Place {
@@ -39,15 +41,21 @@ Pass compute(const OrderedBrick& brick, std::size_t k, const FourierEstimator& e
         std::vector<Neighbour> nearest;
         std::vector<Straggler> stragglers;
         std::array<Vec3, kMostNeighbourhood> neighbourhood;
+        Vec3 previous;
+        double previous_reach = std::numeric_limits<double>::infinity();
         for (std::size_t i = first; i < last; ++i) {
             if (brick.is_core[i] == 0) {
                 continue;
             }
             const Vec3& p = brick.positions[i];
-            search.nearest(p, brick.ids[i], k, nearest);
+            // The K neighbours of the point before, and that point, are within this distance.
+            const double known = previous_reach + std::sqrt(squared_distance(p, previous));
+            search.nearest(p, brick.ids[i], k, nearest, known * known * kRoundingMargin);
             const double certain = certain_squared_distance(p, halo, archive);
             const double reach = nearest.size() == k ? nearest.back().squared_distance
                                                      : std::numeric_limits<double>::infinity();
+            previous = p;
+            previous_reach = std::sqrt(reach);
             // With fewer than K others in reach of an unbounded halo, there are no more anywhere.
             if (!(reach < certain) && certain != std::numeric_limits<double>::infinity()) {
                 stragglers.push_back({p, brick.ids[i], reach});

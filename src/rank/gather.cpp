@@ -12,7 +12,7 @@ namespace {
 void merge_found(std::vector<FoundNeighbour>& known, const std::vector<Neighbour>& offered,
                  const CorePoints& core, std::size_t k) {
     for (const Neighbour& n : offered) {
-        known.push_back({n.squared_distance, n.id, core.positions[n.index]});
+        known.push_back({n.squared_distance, core.ids[n.index], core.positions[n.index]});
     }
     std::sort(known.begin(), known.end(), [](const FoundNeighbour& a, const FoundNeighbour& b) {
         return a.squared_distance < b.squared_distance ||

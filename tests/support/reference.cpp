@@ -62,29 +62,33 @@ std::vector<std::vector<Candidate>> all_nearest(const Counted& cloud, std::size_
     }
     std::vector<std::vector<Candidate>> nearest(n);
     parallel_for(n, 64, [&](std::size_t begin, std::size_t end) {
-        std::vector<double> squared(n);
+        constexpr std::size_t kBlock = 1024;
+        std::array<double, kBlock> squared{};
         for (std::size_t i = begin; i < end; ++i) {
-            for (std::size_t j = 0; j < n; ++j) {
-                const double dx = x[i] - x[j];
-                const double dy = y[i] - y[j];
-                const double dz = z[i] - z[j];
-                squared[j] = dx * dx + dy * dy + dz * dz;
-            }
             // A heap of the best so far; its worst is the limit for the rest.
             std::vector<Candidate>& best = nearest[i];
             double limit = std::numeric_limits<double>::infinity();
-            for (std::size_t j = 0; j < n; ++j) {
-                if (squared[j] > limit || j == i) {
-                    continue;
+            for (std::size_t first = 0; first < n; first += kBlock) {
+                const std::size_t count = std::min(kBlock, n - first);
+                for (std::size_t j = 0; j < count; ++j) {
+                    const double dx = x[i] - x[first + j];
+                    const double dy = y[i] - y[first + j];
+                    const double dz = z[i] - z[first + j];
+                    squared[j] = dx * dx + dy * dy + dz * dz;
                 }
-                best.push_back({squared[j], cloud.ids[j], j});
-                std::push_heap(best.begin(), best.end());
-                if (best.size() > k) {
-                    std::pop_heap(best.begin(), best.end());
-                    best.pop_back();
-                }
-                if (best.size() == k) {
-                    limit = best.front().squared;
+                for (std::size_t j = 0; j < count; ++j) {
+                    if (squared[j] > limit || first + j == i) {
+                        continue;
+                    }
+                    best.push_back({squared[j], cloud.ids[first + j], first + j});
+                    std::push_heap(best.begin(), best.end());
+                    if (best.size() > k) {
+                        std::pop_heap(best.begin(), best.end());
+                        best.pop_back();
+                    }
+                    if (best.size() == k) {
+                        limit = best.front().squared;
+                    }
                 }
             }
             std::sort(best.begin(), best.end());

@@ -18,6 +18,13 @@
 #include "knap/error.hpp"
 #include "knap/source.hpp"
 
+#ifdef __SANITIZE_ADDRESS__
+/// LASzip 3.5 forgets one layer of each decoder of "version 4" items: not ours to report.
+extern "C" __attribute__((used, weak)) const char* __lsan_default_suppressions() {
+    return "leak:liblaszip";
+}
+#endif
+
 /// Input files for the tests of the readers: written byte by byte, read to their end.
 namespace knap::test {
 
@@ -43,6 +50,8 @@ class ScanFolder {
     std::filesystem::path write(const std::string& name, std::string_view bytes) const {
         const std::filesystem::path file = path_ / name;
         std::filesystem::create_directories(file.parent_path());
+        // Cutting a file that exists can wait for the disk.
+        std::filesystem::remove(file);
         std::ofstream(file, std::ios::binary)
             .write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
         return file;

@@ -1,4 +1,4 @@
-#include "input/scalar.hpp"
+#include "base/scalar.hpp"
 
 namespace knap {
 

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <span>
+
+#include "knap/params.hpp"
+
+namespace knap {
+
+/// Most samples along an axis, and most points of a neighbourhood.
+constexpr std::size_t kMostSamples = 64;
+constexpr std::size_t kMostNeighbourhood = 256;
+
+/// The truncated Fourier series of the surface's section along one axis. The transform is linear in
+/// the samples, so that it folds into two weights a sample.
+struct FourierSeries {
+    std::size_t samples = 0;
+    std::array<double, kMostSamples> u{};       ///< sample positions, cloud units
+    std::array<double, kMostSamples> first{};   ///< f'(0)  = sum first[l] g[l]
+    std::array<double, kMostSamples> second{};  ///< f''(0) = sum second[l] g[l]
+
+    /// @param params   valid
+    /// @param spacing  mean nearest-neighbour distance, cloud units, >= 0; 0 leaves no samples
+    FourierSeries(const CurvatureParams& params, double spacing);
+
+    /// kappa = f'' / (1 + f'^2)^(3/2) at the origin, 1 / cloud unit.
+    /// @param along   coordinates of the points along the axis, the point itself first
+    /// @param across  across it, on the surface
+    /// @param z       along the normal; all three of the same size, at most kMostNeighbourhood
+    double curvature(std::span<const double> along, std::span<const double> across,
+                     std::span<const double> z) const;
+};
+
+}  // namespace knap
