@@ -79,8 +79,9 @@ const Command& chosen(const CLI::App& root, const std::vector<Command>& commands
     throw ConfigError(fmt::format("no command; expected one of {}; knap --help says more", names));
 }
 
+/// Says what is wrong, if there is still a standard error to say it on.
 int fail(const std::string& message, int status) {
-    fmt::print(stderr, "knap: error: {}\n", knap::app::one_line(message));
+    std::fputs(("knap: error: " + knap::app::one_line(message) + "\n").c_str(), stderr);
     return status;
 }
 
@@ -90,29 +91,35 @@ void flush_results() {
     }
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+void run_command(int argc, char** argv) {
     CLI::App root(kAbout, "knap");
     root.set_version_flag("--version", "knap " KNAP_VERSION);
     root.footer(kExamples);
     root.allow_extras();
     root.require_subcommand(0, 1);
+    const std::vector<Command> commands{
+        knap::app::add_run(root),   knap::app::add_simplify(root), knap::app::add_plan(root),
+        knap::app::add_info(root),  knap::app::add_decode(root),   knap::app::add_verify(root),
+        knap::app::add_synth(root),
+    };
+    for (const Command& command : commands) {
+        command.parser->allow_extras();
+    }
     try {
-        const std::vector<Command> commands{
-            knap::app::add_run(root),   knap::app::add_simplify(root), knap::app::add_plan(root),
-            knap::app::add_info(root),  knap::app::add_decode(root),   knap::app::add_verify(root),
-            knap::app::add_synth(root),
-        };
-        for (const Command& command : commands) {
-            command.parser->allow_extras();
-        }
         root.parse(argc, argv);
         chosen(root, commands).run();
-        flush_results();
-        return kDone;
     } catch (const CLI::Success& help_or_version) {
-        return root.exit(help_or_version);
+        root.exit(help_or_version);
+    }
+    flush_results();
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    try {
+        run_command(argc, argv);
+        return kDone;
     } catch (const CLI::ParseError& error) {
         return fail(error.what(), kUserError);
     } catch (const knap::Interrupted& error) {

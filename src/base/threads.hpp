@@ -11,6 +11,8 @@
 #include <functional>
 #include <memory>
 
+#include "base/loop_order.hpp"
+
 namespace knap {
 
 /// Number of threads that `requested` means: itself, or one a core for 0.
@@ -34,10 +36,13 @@ class ThreadLimit {
 /// waits for the loop to end takes only work of this loop, so loops may nest.
 template <typename Body>
 void parallel_for(std::size_t n, std::size_t grain, const Body& body) {
+    LoopOrder order;
     tbb::this_task_arena::isolate([&] {
-        tbb::parallel_for(
-            tbb::blocked_range<std::size_t>(0, n, std::max<std::size_t>(grain, 1)),
-            [&](const tbb::blocked_range<std::size_t>& part) { body(part.begin(), part.end()); });
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, n, std::max<std::size_t>(grain, 1)),
+                          [&](const tbb::blocked_range<std::size_t>& part) {
+                              const LoopOrder::Part ordered(order);
+                              body(part.begin(), part.end());
+                          });
     });
 }
 
@@ -46,10 +51,12 @@ void parallel_for(std::size_t n, std::size_t grain, const Body& body) {
 template <typename Task>
 void parallel_tasks(std::size_t n, const Task& task) {
     std::atomic<std::size_t> next{0};
+    LoopOrder order;
     tbb::this_task_arena::isolate([&] {
         tbb::parallel_for(
             tbb::blocked_range<std::size_t>(0, n, 1),
             [&](const tbb::blocked_range<std::size_t>& part) {
+                const LoopOrder::Part ordered(order);
                 for (std::size_t i = part.begin(); i < part.end(); ++i) {
                     task(next++);
                 }

@@ -72,6 +72,12 @@ class Reader {
         if (header.payload_size > file_.size() - at_ - kBlockHeaderSize) {
             throw_damaged(path_, at_, "a block is cut short");
         }
+        // Before the checksum is looked at: these two decide what is read, and how much memory for.
+        const bool known = header.part == static_cast<std::uint32_t>(BrickPart::kCore) ||
+                           header.part == static_cast<std::uint32_t>(BrickPart::kHalo);
+        if (!known || header.count > header.payload_size / table_.packed_size()) {
+            throw_damaged(path_, at_, "a block header holds values that cannot be");
+        }
         return true;
     }
 

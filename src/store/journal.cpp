@@ -36,6 +36,15 @@ std::optional<JournalEntry> parse(std::string_view line) {
                         std::string(line.substr(second + 1))};
 }
 
+// A journal that cannot be read is the machine's fault, not the input's.
+std::string read_all(const std::filesystem::path& path) {
+    try {
+        return read_text_file(path);
+    } catch (const InputError& error) {
+        throw StorageError(error.what());
+    }
+}
+
 }  // namespace
 
 void append_to_journal(const std::filesystem::path& path, const JournalEntry& entry) {
@@ -49,7 +58,7 @@ std::vector<JournalEntry> read_journal(const std::filesystem::path& path) {
     if (!std::filesystem::exists(path)) {
         return entries;
     }
-    const std::string text = read_text_file(path);
+    const std::string text = read_all(path);
     std::string_view rest = text;
     for (std::size_t number = 1; !rest.empty(); ++number) {
         const std::size_t end = rest.find('\n');
@@ -59,7 +68,8 @@ std::vector<JournalEntry> read_journal(const std::filesystem::path& path) {
             break;
         }
         if (!entry) {
-            throw StorageError(fmt::format("{}: journal is damaged at line {}", path.string(), number));
+            throw StorageError(
+                fmt::format("{}: journal is damaged at line {}", path.string(), number));
         }
         entries.push_back(*entry);
         rest.remove_prefix(end + 1);

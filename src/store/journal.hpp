@@ -25,7 +25,8 @@ struct JournalEntry {
 void append_to_journal(const std::filesystem::path& path, const JournalEntry& entry);
 
 /// All entries in the order they were written; none if there is no file.
-/// @throws StorageError if a line other than a torn last one fails its checksum
+/// @throws StorageError if the file cannot be read, or a line other than a torn last one fails its
+///         checksum
 std::vector<JournalEntry> read_journal(const std::filesystem::path& path);
 
 }  // namespace knap
