@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -35,7 +36,7 @@ struct ManifestTile {
     std::string file;  ///< relative to the archive: "tiles/000000.drc"
     std::uint64_t points = 0;
     Box box;           ///< of the tile's points on the lattice, cloud units
-    std::int64_t origin[3] = {0, 0, 0};  ///< lattice index of the tile's local (0, 0, 0)
+    std::array<std::int64_t, 3> origin{};  ///< lattice index of the tile's local (0, 0, 0)
     std::uint64_t bytes = 0;
     std::string xxh3;  ///< XXH3-64 of the file, 16 hex digits
 };

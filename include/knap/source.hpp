@@ -1,7 +1,9 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -28,14 +30,45 @@ struct Attribute {
 /// How a source stores coordinates, so that they can be kept without loss in 32 bits an axis.
 enum class CoordinateKind {
     kFloat32,  ///< every coordinate is exactly a float
-    kInt32,    ///< every coordinate is exactly int32 * scale + offset, evaluated in double
+    kInt32,    ///< every coordinate is an int32 on a GridAxis
     kFloat64,  ///< anything else
+};
+
+/// One axis of a LAS file's coordinates: i * scale + offset.
+///
+/// Where the offset is a whole number of scales, as it nearly always is, the coordinate is
+/// evaluated as (i + offset / scale) * scale. That is the same number but for the last bit, and the
+/// same for every file whatever its offset, so that one place in two files is one place.
+class GridAxis {
+  public:
+    GridAxis() = default;
+    GridAxis(double scale, double offset) : scale_(scale), offset_(offset) {
+        const double steps = std::round(offset / scale);
+        // The quotient of two decimals is off by its rounding, no more.
+        const double rounding = 4 * std::numeric_limits<double>::epsilon() * std::abs(steps);
+        if (std::abs(offset / scale - steps) <= rounding && std::abs(steps) < 0x1p51) {
+            steps_ = steps;
+            whole_ = true;
+        }
+    }
+
+    double at(std::int32_t i) const { return whole_ ? (i + steps_) * scale_ : i * scale_ + offset_; }
+    /// True if the offset is a whole number of scales.
+    bool whole() const { return whole_; }
+
+  private:
+    double scale_ = 1;
+    double offset_ = 0;
+    double steps_ = 0;
+    bool whole_ = false;
 };
 
 struct CoordinateFormat {
     CoordinateKind kind = CoordinateKind::kFloat64;
     Vec3 scale{1, 1, 1};   ///< kInt32 only, > 0
     Vec3 offset{0, 0, 0};  ///< kInt32 only, cloud units
+
+    GridAxis axis(int which) const { return {scale[which], offset[which]}; }
     friend bool operator==(const CoordinateFormat&, const CoordinateFormat&) = default;
 };
 

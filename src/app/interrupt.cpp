@@ -8,6 +8,8 @@ namespace knap::app {
 
 namespace {
 
+// A signal handler reaches nothing else.
+// NOLINTNEXTLINE(cppcoreguidelines-avoid-non-const-global-variables)
 volatile std::sig_atomic_t interrupted = 0;
 
 extern "C" void remember_signal(int /*signal*/) {

@@ -16,13 +16,13 @@ namespace {
 
 std::string type_name(const Parameter& parameter) {
     struct Name {
-        std::string operator()(double*) const { return "NUMBER"; }
-        std::string operator()(int*) const { return "INTEGER"; }
-        std::string operator()(std::uint64_t*) const { return "INTEGER"; }
-        std::string operator()(Bytes) const { return "SIZE"; }
-        std::string operator()(bool*) const { return ""; }
-        std::string operator()(std::string*) const { return "PATH"; }
-        std::string operator()(std::vector<std::string>*) const { return "PATH"; }
+        std::string operator()(double* /*field*/) const { return "NUMBER"; }
+        std::string operator()(int* /*field*/) const { return "INTEGER"; }
+        std::string operator()(std::uint64_t* /*field*/) const { return "INTEGER"; }
+        std::string operator()(Bytes /*field*/) const { return "SIZE"; }
+        std::string operator()(bool* /*field*/) const { return ""; }
+        std::string operator()(std::string* /*field*/) const { return "PATH"; }
+        std::string operator()(std::vector<std::string>* /*field*/) const { return "PATH"; }
     };
     Job job;
     return std::visit(Name{}, parameter.field(job));

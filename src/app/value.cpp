@@ -35,13 +35,15 @@ T parse_whole(std::string_view text, std::string_view where, std::string_view ex
 constexpr std::string_view kSize = "a size such as 4GiB, 512MiB or 1073741824";
 
 struct Kind {
-    std::string_view operator()(double*) const { return "a number"; }
-    std::string_view operator()(int*) const { return "an integer"; }
-    std::string_view operator()(std::uint64_t*) const { return "an integer >= 0"; }
-    std::string_view operator()(Bytes) const { return kSize; }
-    std::string_view operator()(bool*) const { return "true or false"; }
-    std::string_view operator()(std::string*) const { return "text"; }
-    std::string_view operator()(std::vector<std::string>*) const { return "a list of text"; }
+    std::string_view operator()(double* /*field*/) const { return "a number"; }
+    std::string_view operator()(int* /*field*/) const { return "an integer"; }
+    std::string_view operator()(std::uint64_t* /*field*/) const { return "an integer >= 0"; }
+    std::string_view operator()(Bytes /*field*/) const { return kSize; }
+    std::string_view operator()(bool* /*field*/) const { return "true or false"; }
+    std::string_view operator()(std::string* /*field*/) const { return "text"; }
+    std::string_view operator()(std::vector<std::string>* /*field*/) const {
+        return "a list of text";
+    }
 };
 
 struct Setter {

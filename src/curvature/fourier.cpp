@@ -9,6 +9,7 @@ namespace knap {
 namespace {
 
 /// A neighbourhood in its own frame: x and y along the surface, z along the normal.
+// NOLINTNEXTLINE(cppcoreguidelines-pro-type-member-init): to_local_frame fills the first `size`.
 struct LocalFrame {
     std::size_t size = 0;
     std::array<double, kMostNeighbourhood> x;

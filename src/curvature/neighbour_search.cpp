@@ -79,6 +79,7 @@ class SettledSet final : public flann::ResultSet<double> {
 
 struct NeighbourSearch::Tree {
     explicit Tree(std::span<const Vec3> points)
+        // NOLINTNEXTLINE(cppcoreguidelines-pro-type-const-cast): FLANN's matrix has no const form.
         : index(flann::Matrix<double>(const_cast<double*>(&points[0].x), points.size(), 3),
                 flann::KDTreeSingleIndexParams(kLeafSize, true)) {
         static_assert(sizeof(Vec3) == 3 * sizeof(double));

@@ -50,7 +50,7 @@ void check_tile(const fs::path& file, const ManifestTile& tile, const DecodedTil
     require_equal(file, "points", tile.points, decoded.points.size());
     const bool same_lattice = decoded.lattice.step == manifest.lattice.step &&
                               decoded.lattice.origin == manifest.lattice.origin &&
-                              std::equal(decoded.origin.begin(), decoded.origin.end(), tile.origin);
+                              decoded.origin == tile.origin;
     if (!same_lattice) {
         throw InputError(fmt::format(
             "{}: expected the manifest's lattice and tile origin, found others", file.string()));

@@ -31,7 +31,7 @@ ManifestTile write_tile(const std::filesystem::path& folder, std::size_t number,
     tile.points = points.size();
     tile.box.extend(position_of(manifest.lattice, bounds.min));
     tile.box.extend(position_of(manifest.lattice, bounds.max));
-    std::copy(bounds.min.begin(), bounds.min.end(), tile.origin);
+    tile.origin = bounds.min;
     tile.bytes = bytes.size();
     tile.xxh3 = fmt::format("{:016x}", xxh3_64(bytes));
     AtomicFile file(folder / tile.file);

@@ -78,7 +78,7 @@ std::vector<std::byte> encode(std::span<const LatticeIndex> points, const Lattic
     const int attribute =
         builder.AddAttribute(draco::GeometryAttribute::POSITION, 3, draco::DT_FLOAT32);
     for (std::uint32_t i = 0; i < points.size(); ++i) {
-        std::array<float, 3> local;
+        std::array<float, 3> local{};
         for (std::size_t axis = 0; axis < 3; ++axis) {
             const std::int64_t steps = points[i][axis] - origin[axis];
             local[axis] = static_cast<float>(static_cast<double>(steps) * lattice.step);

@@ -40,7 +40,13 @@ std::optional<Lattice> common_grid(const SourceTable& sources) {
     if (!(scale >= kSmallestStep) || !(scale <= kLargestStep)) {
         return std::nullopt;
     }
-    const Lattice grid{sources.sources().front().info.coordinates.offset, scale};
+    Lattice grid{sources.sources().front().info.coordinates.offset, scale};
+    for (int axis = 0; axis < 3; ++axis) {
+        // Then positions are whole steps from zero, as their readers evaluate them.
+        if (GridAxis(scale, grid.origin[axis]).whole()) {
+            grid.origin[axis] = 0;
+        }
+    }
     for (const SourceEntry& source : sources.sources()) {
         const CoordinateFormat& format = source.info.coordinates;
         for (int axis = 0; axis < 3; ++axis) {

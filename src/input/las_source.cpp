@@ -108,18 +108,19 @@ class LasSource final : public PointSource {
   private:
     /// Every point format begins with the three coordinates.
     void decode(const std::byte* from, std::size_t n, Vec3* to) const {
-        const Vec3 scale = header_.scale;
-        const Vec3 offset = header_.offset;
         for (std::size_t i = 0; i < n; ++i, from += header_.record_length) {
-            to[i] = {load_little<std::int32_t>(from) * scale.x + offset.x,
-                     load_little<std::int32_t>(from + 4) * scale.y + offset.y,
-                     load_little<std::int32_t>(from + 8) * scale.z + offset.z};
+            to[i] = {axes_[0].at(load_little<std::int32_t>(from)),
+                     axes_[1].at(load_little<std::int32_t>(from + 4)),
+                     axes_[2].at(load_little<std::int32_t>(from + 8))};
         }
     }
 
     InputFile file_;
     LasHeader header_;
     SourceInfo info_;
+    std::array<GridAxis, 3> axes_{GridAxis(header_.scale.x, header_.offset.x),
+                                  GridAxis(header_.scale.y, header_.offset.y),
+                                  GridAxis(header_.scale.z, header_.offset.z)};
     BufferedReader reader_;
     std::uint64_t next_ = 0;
 };

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <utility>
 #include <vector>
 
@@ -34,9 +35,9 @@ class LazSource final : public PointSource {
         for (std::size_t done = 0; done < wanted;) {
             const std::span<const LasIndex> block = read_block(wanted - done);
             for (const LasIndex& index : block) {
-                chunk.positions[done++] = {index.x * header_.scale.x + header_.offset.x,
-                                           index.y * header_.scale.y + header_.offset.y,
-                                           index.z * header_.scale.z + header_.offset.z};
+                chunk.positions[done++] = {axes_[0].at(index.x),
+                                           axes_[1].at(index.y),
+                                           axes_[2].at(index.z)};
             }
         }
         return wanted > 0;
@@ -88,6 +89,9 @@ class LazSource final : public PointSource {
     LasHeader header_;
     LazLayout layout_;
     SourceInfo info_;
+    std::array<GridAxis, 3> axes_{GridAxis(header_.scale.x, header_.offset.x),
+                                  GridAxis(header_.scale.y, header_.offset.y),
+                                  GridAxis(header_.scale.z, header_.offset.z)};
     std::unique_ptr<LazChunkDecoder> decoder_;
     std::vector<LasIndex> block_;
     std::uint64_t next_ = 0;

@@ -13,6 +13,9 @@ constexpr std::size_t kFirstBuckets = 1024;
 // Far above the rounding of a range's square and of a cell's faces.
 constexpr double kPadding = 1 + 1e-9;
 constexpr double kRounding = 1e-14;
+// Smallest cell over the largest coordinate: far above kRounding, or else the rounding of a centre
+// would spread it over any number of cells.
+constexpr double kSmallestCell = 0x1p-36;
 constexpr std::uint64_t kEntriesPerBucket = 4;
 
 struct Cell {
@@ -24,7 +27,8 @@ struct Cell {
 // Monotone in the coordinate: cell sizes are powers of two.
 std::int64_t cell_index(double coordinate, double cell_size) {
     constexpr double kLimit = 0x1p62;
-    return static_cast<std::int64_t>(std::clamp(std::floor(coordinate / cell_size), -kLimit, kLimit));
+    return static_cast<std::int64_t>(
+        std::clamp(std::floor(coordinate / cell_size), -kLimit, kLimit));
 }
 
 Cell cell_of(const Vec3& p, double cell_size) {
@@ -36,13 +40,22 @@ std::size_t bucket_of(const Cell& cell, std::size_t buckets) {
     const auto block = splitmix64(splitmix64(splitmix64(static_cast<std::uint64_t>(cell.x >> 2)) ^
                                              static_cast<std::uint64_t>(cell.y >> 2)) ^
                                   static_cast<std::uint64_t>(cell.z >> 2));
-    const auto inside = static_cast<std::uint64_t>((cell.x & 3) | (cell.y & 3) << 2 | (cell.z & 3) << 4);
+    const auto inside =
+        static_cast<std::uint64_t>((cell.x & 3) | (cell.y & 3) << 2 | (cell.z & 3) << 4);
     return static_cast<std::size_t>((block << 6 | inside) & (buckets - 1));
 }
 
 }  // namespace
 
-Coverage::Coverage(const Box& box) : box_(box) {}
+Coverage::Coverage(const Box& box) : box_(box) {
+    if (!box.empty()) {
+        for (const Vec3& corner : {box.min, box.max}) {
+            smallest_cell_ =
+                std::max({smallest_cell_, std::abs(corner.x) * kSmallestCell,
+                          std::abs(corner.y) * kSmallestCell, std::abs(corner.z) * kSmallestCell});
+        }
+    }
+}
 
 void Coverage::add(const Vec3& centre, double range) {
     const auto index = static_cast<std::uint32_t>(centres_.size());
@@ -66,7 +79,7 @@ void Coverage::add(const Vec3& centre, double range) {
 Coverage::Level& Coverage::level_for(double range) {
     // range = f * 2^e with f in [0.5, 1), so cells of 2^(e + 1) are 2 to 4 ranges wide.
     int exponent = 0;
-    std::frexp(range, &exponent);
+    std::frexp(std::max(range, smallest_cell_ / 2), &exponent);
     const double cell_size = std::ldexp(1.0, exponent + 1);
     const auto known = std::find_if(levels_.begin(), levels_.end(), [&](const Level& level) {
         return level.cell_size == cell_size;
@@ -85,13 +98,16 @@ void Coverage::insert(Level& level, std::uint32_t centre) const {
     const Vec3& p = centres_[centre].position;
     const double reach = std::sqrt(centres_[centre].squared_range) * kPadding;
     const auto padded = [&](double c) { return reach + std::abs(c) * kRounding; };
-    const Cell low = cell_of({p.x - padded(p.x), p.y - padded(p.y), p.z - padded(p.z)}, level.cell_size);
-    const Cell high = cell_of({p.x + padded(p.x), p.y + padded(p.y), p.z + padded(p.z)}, level.cell_size);
+    const Cell low =
+        cell_of({p.x - padded(p.x), p.y - padded(p.y), p.z - padded(p.z)}, level.cell_size);
+    const Cell high =
+        cell_of({p.x + padded(p.x), p.y + padded(p.y), p.z + padded(p.z)}, level.cell_size);
     for (std::int64_t x = low.x; x <= high.x; ++x) {
         for (std::int64_t y = low.y; y <= high.y; ++y) {
             for (std::int64_t z = low.z; z <= high.z; ++z) {
                 std::uint32_t& head = level.heads[bucket_of({x, y, z}, level.heads.size())];
-                if (head == 0 || level.blocks[head - 1].count == level.blocks[head - 1].centres.size()) {
+                if (head == 0 ||
+                    level.blocks[head - 1].count == level.blocks[head - 1].centres.size()) {
                     level.blocks.push_back({head, 0, {}});
                     head = static_cast<std::uint32_t>(level.blocks.size());
                 }

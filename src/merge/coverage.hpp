@@ -13,7 +13,8 @@ namespace knap {
 /// at any size: a few levels of hashed grid, one look-up a level.
 ///
 /// A point of range r stands on the level whose cells are 2 r to 4 r wide, in every cell that its
-/// ball touches (at most eight). A query looks into the one cell that holds it on each level.
+/// ball touches (eight, seldom more). A query looks into the one cell that holds it on each level.
+/// Ranges far below what the coordinates resolve share one level.
 class Coverage {
   public:
     /// @param box  of all points that will be asked for
@@ -58,6 +59,7 @@ class Coverage {
     void grow(Level& level) const;
 
     Box box_;
+    double smallest_cell_ = 0;
     bool everything_ = false;
     std::vector<Centre> centres_;
     std::vector<Level> levels_;  // the level used last first

@@ -45,12 +45,27 @@ class PointList {
     PointList(std::span<const Vec3> points, const Placement& placement)
         : points_(points), placement_(placement) {}
     std::size_t size() const { return points_.size(); }
+    // NOLINTNEXTLINE(readability-identifier-naming): the name is OpenVDB's.
     void getPos(std::size_t n, PosType& position) const { position = placement_(points_[n]); }
 
   private:
     std::span<const Vec3> points_;
     Placement placement_;
 };
+
+/// Calls visit(voxel) for the surface of a cube of voxels; ring 0 is the voxel in the middle.
+template <typename Visit>
+void visit_ring(const Coord& centre, int ring, const Visit& visit) {
+    for (int dx = -ring; dx <= ring; ++dx) {
+        for (int dy = -ring; dy <= ring; ++dy) {
+            const bool side = std::abs(dx) == ring || std::abs(dy) == ring;
+            const int step = side || ring == 0 ? 1 : 2 * ring;
+            for (int dz = -ring; dz <= ring; dz += step) {
+                visit(centre.offsetBy(dx, dy, dz));
+            }
+        }
+    }
+}
 
 }  // namespace
 
@@ -129,17 +144,8 @@ PointGrid::Nearest PointGrid::nearest_other(std::uint32_t index,
             }
         }
     };
-    // A ring is the surface of a cube of voxels; ring 0 is the point's own voxel.
     for (int ring = 0; ring <= kWidestRing && candidates <= kMostCandidates; ++ring) {
-        for (int dx = -ring; dx <= ring; ++dx) {
-            for (int dy = -ring; dy <= ring; ++dy) {
-                const bool side = std::abs(dx) == ring || std::abs(dy) == ring;
-                const int step = side || ring == 0 ? 1 : 2 * ring;
-                for (int dz = -ring; dz <= ring; dz += step) {
-                    visit(centre.offsetBy(dx, dy, dz));
-                }
-            }
-        }
+        visit_ring(centre, ring, visit);
         // Points outside the cube are at least `ring` whole voxels away.
         const double safe = ring * grid_->placement.voxel_size * kFaceMargin;
         if (found.squared_distance < safe * safe && candidates <= kMostCandidates) {

@@ -13,7 +13,9 @@ SourceTable::SourceTable(std::vector<SourceEntry> entries, const Box& box)
         points_ += entry.points;
         rejected_ += entry.rejected;
         wide_ = wide_ || entry.info.coordinates.kind == CoordinateKind::kFloat64;
-        formats_.push_back(entry.info.coordinates);
+        const CoordinateFormat& format = entry.info.coordinates;
+        formats_.push_back(format);
+        axes_.push_back({format.axis(0), format.axis(1), format.axis(2)});
         first_ids_.push_back(entry.first_id);
     }
 }

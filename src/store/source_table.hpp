@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -91,13 +92,13 @@ class SourceTable {
         for (int axis = 0; axis < 3; ++axis) {
             const std::byte* at = in + static_cast<std::size_t>(axis) * 4;
             if (format.kind == CoordinateKind::kFloat32) {
-                float value;
+                float value = 0;
                 std::memcpy(&value, at, sizeof value);
                 position[axis] = static_cast<double>(value);
             } else {
-                std::int32_t value;
+                std::int32_t value = 0;
                 std::memcpy(&value, at, sizeof value);
-                position[axis] = value * format.scale[axis] + format.offset[axis];
+                position[axis] = axes_[source][static_cast<std::size_t>(axis)].at(value);
             }
         }
         return position;
@@ -119,6 +120,7 @@ class SourceTable {
     std::uint64_t rejected_ = 0;
     bool wide_ = false;
     std::vector<CoordinateFormat> formats_;  // of sources_, close together: pack() runs per point
+    std::vector<std::array<GridAxis, 3>> axes_;
     std::vector<PointId> first_ids_;         // of sources_, for the same reason
 };
 

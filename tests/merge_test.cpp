@@ -1,0 +1,241 @@
+#include "merge/merge.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+#include <utility>
+
+#include "base/threads.hpp"
+#include "knap/error.hpp"
+#include "support/clouds.hpp"
+#include "support/cut_cloud.hpp"
+
+namespace knap {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr std::uint64_t kNoLimit = std::numeric_limits<std::uint64_t>::max();
+
+// A run in memory, given out in blocks of any size.
+class Blocks final : public RankedStream {
+  public:
+    Blocks(std::vector<RankedPoint> points, std::uint64_t seed)
+        : points_(std::move(points)), random_(seed) {}
+    bool next(std::vector<RankedPoint>& points) override {
+        const std::size_t count = std::min<std::size_t>(1 + random_() % 50, points_.size() - at_);
+        const auto begin = points_.begin() + static_cast<std::ptrdiff_t>(at_);
+        points.assign(begin, begin + static_cast<std::ptrdiff_t>(count));
+        at_ += count;
+        return count > 0;
+    }
+
+  private:
+    std::vector<RankedPoint> points_;
+    std::mt19937_64 random_;
+    std::size_t at_ = 0;
+};
+
+std::vector<std::unique_ptr<RankedStream>> split_at_random(
+    std::mt19937_64& random, const std::vector<RankedPoint>& ordered) {
+    std::vector<std::vector<RankedPoint>> parts(1 + random() % 12);
+    // Uneven: most points go to few of the parts.
+    for (const RankedPoint& point : ordered) {
+        parts[random() % (1 + random() % parts.size())].push_back(point);
+    }
+    std::vector<std::unique_ptr<RankedStream>> streams;
+    for (auto& part : parts) {
+        streams.push_back(std::make_unique<Blocks>(std::move(part), random()));
+    }
+    return streams;
+}
+
+struct Ranked {
+    std::vector<RankedPoint> ordered;
+    Box box;
+    std::uint64_t ids = 0;
+    double mean = 0;
+};
+
+// Random curvatures, many equal or zero, in the method's order.
+Ranked rank_at_random(std::mt19937_64& random, const std::vector<Vec3>& cloud) {
+    const test::Points points = test::finite_points(cloud);
+    Ranked ranked{{}, points.box, cloud.size(), 0};
+    for (std::size_t i = 0; i < points.ids.size(); ++i) {
+        const double key =
+            random() % 4 == 0 ? static_cast<double>(random() % 3)
+                              : std::pow(10, std::uniform_real_distribution<double>(-3, 3)(random));
+        ranked.ordered.push_back({key, points.ids[i], points.positions[i]});
+        ranked.mean += key / static_cast<double>(points.ids.size());
+    }
+    std::sort(ranked.ordered.begin(), ranked.ordered.end(),
+              [](const RankedPoint& a, const RankedPoint& b) {
+                  return std::pair(-a.key, splitmix64(a.id)) < std::pair(-b.key, splitmix64(b.id));
+              });
+    return ranked;
+}
+
+RangeParams random_range(std::mt19937_64& random, const Box& box) {
+    const double diagonal = box.diagonal() > 0 ? box.diagonal() : 1;
+    RangeParams range;
+    range.alpha =
+        random() % 4 == 0
+            ? 0.1
+            : diagonal * std::pow(10, std::uniform_real_distribution<double>(-3, -0.5)(random));
+    range.min_factor = random() % 2 == 0 ? 1.0 / 3 : 0.01;
+    range.max_factor = random() % 2 == 0 ? kInfinity : 8;
+    return range;
+}
+
+// Section 4 of the method, word for word.
+std::vector<PointId> walk(const Ranked& ranked, const RangeParams& range) {
+    struct Kept {
+        Vec3 position;
+        double range;
+    };
+    std::vector<Kept> kept;
+    std::vector<PointId> ids;
+    for (const RankedPoint& p : ranked.ordered) {
+        const bool marked = std::any_of(kept.begin(), kept.end(), [&](const Kept& q) {
+            return squared_distance(p.position, q.position) <= q.range * q.range;
+        });
+        if (marked) {
+            continue;
+        }
+        const double wanted = p.key > 0 ? range.alpha * ranked.mean / p.key : kInfinity;
+        kept.push_back({p.position, std::min(std::max(wanted, range.alpha * range.min_factor),
+                                             range.alpha * range.max_factor)});
+        ids.push_back(p.id);
+    }
+    std::sort(ids.begin(), ids.end());
+    return ids;
+}
+
+std::vector<PointId> ids_of(const Selection& selection) {
+    std::vector<PointId> ids;
+    for (PointId id = 0; id < selection.size(); ++id) {
+        if (selection.test(id)) {
+            ids.push_back(id);
+        }
+    }
+    return ids;
+}
+
+MergeRequest request_for(const Ranked& ranked, const RangeParams& range) {
+    return {.range = range,
+            .mean_curvature = ranked.mean,
+            .points = ranked.ids,
+            .box = ranked.box,
+            .budget_bytes = kNoLimit};
+}
+
+TEST(Merge, EqualsTheBruteForceWalkHoweverTheStreamsAreSplit) {
+    std::mt19937_64 random(1);
+    for (int round = 0; round < 1000; ++round) {
+        const Ranked ranked = rank_at_random(random, test::random_cloud(random));
+        const RangeParams range = random_range(random, ranked.box);
+        std::uint64_t told = 0;
+        const MergeResult merged =
+            merge(split_at_random(random, ranked.ordered), request_for(ranked, range),
+                  [&](std::uint64_t n) { told += n; });
+        ASSERT_EQ(ids_of(merged.selection), walk(ranked, range)) << "round " << round;
+        ASSERT_EQ(merged.kept, merged.selection.count());
+        ASSERT_EQ(merged.kept + merged.represented, ranked.ordered.size());
+        ASSERT_EQ(told, ranked.ordered.size());
+    }
+}
+
+TEST(Merge, EqualsTheBruteForceWalkOverManyBatchesForAnyThreadCount) {
+    std::mt19937_64 random(2);
+    const Ranked ranked = rank_at_random(random, test::sphere_cloud(60000, 5));
+    const RangeParams range{.alpha = 0.05, .min_factor = 0.3, .max_factor = 4};
+    const std::vector<PointId> expected = walk(ranked, range);
+    ASSERT_GT(expected.size(), 500U);
+    for (const int threads : {1, 2, 4}) {
+        const ThreadLimit limit(threads);
+        const MergeResult merged = merge(split_at_random(random, ranked.ordered),
+                                         request_for(ranked, range), [](std::uint64_t) {});
+        EXPECT_EQ(ids_of(merged.selection), expected) << threads << " threads";
+    }
+}
+
+TEST(Merge, AnInfiniteRangeErasesAllThatComesAfter) {
+    const std::vector<RankedPoint> ordered{{2, 0, {0, 0, 0}}, {0, 1, {5, 0, 0}}, {0, 2, {9, 0, 0}}};
+    Box box;
+    for (const RankedPoint& p : ordered) {
+        box.extend(p.position);
+    }
+    std::vector<std::unique_ptr<RankedStream>> streams;
+    // splitmix64(1) < splitmix64(2): the order of equal keys.
+    ASSERT_LT(splitmix64(1), splitmix64(2));
+    streams.push_back(std::make_unique<Blocks>(ordered, 1));
+    const MergeResult merged =
+        merge(std::move(streams),
+              {.range = {.alpha = 1, .min_factor = 0.5, .max_factor = kInfinity},
+               .mean_curvature = 1,
+               .points = 3,
+               .box = box,
+               .budget_bytes = kNoLimit},
+              [](std::uint64_t) {});
+    EXPECT_EQ(ids_of(merged.selection), (std::vector<PointId>{0, 1}));
+    EXPECT_EQ(merged.represented, 1U);
+}
+
+TEST(Merge, OfNothingKeepsNothing) {
+    const MergeResult merged = merge({}, {.range = {.alpha = 1}, .box = {}}, [](std::uint64_t) {});
+    EXPECT_EQ(merged.kept, 0U);
+    EXPECT_EQ(merged.represented, 0U);
+    EXPECT_EQ(merged.selection.size(), 0U);
+}
+
+TEST(Merge, WithoutMemoryForTheKeptPointsIsAStorageErrorWithTheFigures) {
+    std::mt19937_64 random(3);
+    const Ranked ranked = rank_at_random(random, test::sphere_cloud(20000, 5));
+    MergeRequest request = request_for(ranked, {.alpha = 1e-6});
+    request.budget_bytes = 100'000;
+    using testing::AllOf;
+    using testing::HasSubstr;
+    EXPECT_THAT(
+        [&] { merge(split_at_random(random, ranked.ordered), request, [](std::uint64_t) {}); },
+        testing::ThrowsMessage<StorageError>(AllOf(HasSubstr("97.66 KiB given"),
+                                                   HasSubstr("4096 of them"),
+                                                   HasSubstr("resources.memory"))));
+}
+
+TEST(Merge, HandsOnWhatAStreamThrows) {
+    class Torn final : public RankedStream {
+        bool next(std::vector<RankedPoint>&) override { throw StorageError("run: torn"); }
+    };
+    std::vector<std::unique_ptr<RankedStream>> streams;
+    streams.push_back(std::make_unique<Torn>());
+    EXPECT_THROW(
+        merge(std::move(streams), {.range = {.alpha = 1}, .box = {}}, [](std::uint64_t) {}),
+        StorageError);
+}
+
+TEST(RangeOf, NeverDecreasesAlongTheOrderAndStaysWithinItsFactors) {
+    std::mt19937_64 random(4);
+    for (int round = 0; round < 10000; ++round) {
+        Box box;
+        const RangeParams range = random_range(random, box);
+        const double mean = std::pow(10, std::uniform_real_distribution<double>(-9, 9)(random));
+        const auto any = [&] {
+            return random() % 9 == 0 ? 0
+                                     : mean * std::pow(10, std::uniform_real_distribution<double>(
+                                                               -300, 290)(random));
+        };
+        const double a = any();
+        const double b = any();
+        EXPECT_LE(range_of(std::max(a, b), mean, range), range_of(std::min(a, b), mean, range));
+        EXPECT_GE(range_of(a, mean, range), range.alpha * range.min_factor);
+        EXPECT_LE(range_of(a, mean, range), range.alpha * range.max_factor);
+    }
+    EXPECT_EQ(range_of(3, 3, {.alpha = 0.25}), 0.25) << "alpha is the range at mean curvature";
+    EXPECT_EQ(range_of(0, 0, {.alpha = 0.25}), 2.0) << "a cloud without curvature";
+}
+
+}  // namespace
+}  // namespace knap

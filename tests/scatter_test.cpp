@@ -1,0 +1,181 @@
+#include "scatter/scatter.hpp"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <map>
+#include <random>
+
+#include "knap/error.hpp"
+#include "plan/plan.hpp"
+#include "store/brick_file.hpp"
+#include "support/clouds.hpp"
+#include "support/cut_cloud.hpp"
+#include "survey/survey.hpp"
+
+namespace knap {
+namespace {
+
+namespace fs = std::filesystem;
+using PointsById = std::map<PointId, std::array<double, 3>>;
+
+// An archive on disk, surveyed and planned.
+struct Archive {
+    Survey survey;
+    BrickPlan plan;
+    BrickMap map;
+};
+
+Archive make_archive(const std::vector<fs::path>& files, std::uint64_t brick_points) {
+    Survey found =
+        survey({.files = files, .budget_bytes = std::uint64_t{64} << 20, .digests = false},
+               [](std::uint64_t) {});
+    BrickPlan plan = plan_bricks(
+        found.occupancy, found.table.box(),
+        {.neighbours = 30, .target_points = brick_points, .most_points = 20 * brick_points});
+    std::vector<VoxelBox> cores;
+    std::vector<VoxelBox> reaches;
+    for (const Brick& brick : plan.bricks) {
+        cores.push_back(brick.core);
+        reaches.push_back(voxels_touched(brick, plan.voxel_size));
+    }
+    BrickMap map(found.occupancy, cores, reaches);
+    return {std::move(found), std::move(plan), std::move(map)};
+}
+
+std::vector<fs::path> write_two(const test::TemporaryFolder& folder,
+                                const std::vector<Vec3>& cloud) {
+    const auto middle = cloud.begin() + std::ssize(cloud) / 3;
+    test::write_ply(folder / "a.ply", {cloud.begin(), middle});
+    test::write_ply(folder / "b.ply", {middle, cloud.end()});
+    return {folder / "a.ply", folder / "b.ply"};
+}
+
+VoxelCoord voxel_of(const Vec3& p, double size) {
+    return {static_cast<std::int32_t>(voxel_index(p.x, size)),
+            static_cast<std::int32_t>(voxel_index(p.y, size)),
+            static_cast<std::int32_t>(voxel_index(p.z, size))};
+}
+
+// Points of a brick by looking at each point of the cloud.
+struct Expected {
+    PointsById core;
+    PointsById halo;
+    Box core_box;
+};
+
+Expected by_force(const std::vector<Vec3>& cloud, const Brick& brick, double voxel_size) {
+    Expected expected;
+    for (PointId id = 0; id < cloud.size(); ++id) {
+        const Vec3& p = cloud[id];
+        if (!is_finite(p)) {
+            continue;
+        }
+        if (brick.core.contains(voxel_of(p, voxel_size))) {
+            expected.core[id] = {p.x, p.y, p.z};
+            expected.core_box.extend(p);
+        } else if (brick.halo.contains(p)) {
+            expected.halo[id] = {p.x, p.y, p.z};
+        }
+    }
+    return expected;
+}
+
+PointsById points_between(const BrickPoints& brick, std::size_t begin, std::size_t end) {
+    PointsById points;
+    for (std::size_t i = begin; i < end; ++i) {
+        const Vec3& p = brick.positions[i];
+        EXPECT_TRUE(points.emplace(brick.ids[i], std::array{p.x, p.y, p.z}).second) << "each once";
+    }
+    return points;
+}
+
+void expect_bricks(const std::vector<Vec3>& cloud, const Archive& archive,
+                   const std::vector<BrickFile>& files) {
+    ASSERT_EQ(files.size(), archive.plan.bricks.size());
+    std::uint64_t cores = 0;
+    for (std::size_t i = 0; i < files.size(); ++i) {
+        const Expected expected = by_force(cloud, archive.plan.bricks[i], archive.plan.voxel_size);
+        const BrickPoints brick = read_brick_file(files[i].path, archive.survey.table);
+        ASSERT_EQ(points_between(brick, 0, brick.core_count), expected.core);
+        ASSERT_EQ(points_between(brick, brick.core_count, brick.ids.size()), expected.halo);
+        ASSERT_EQ(files[i].core_points, expected.core.size());
+        ASSERT_EQ(files[i].core_points, archive.plan.bricks[i].core_points);
+        ASSERT_EQ(files[i].halo_points, expected.halo.size());
+        ASSERT_EQ(files[i].core_box, expected.core_box);
+        ASSERT_EQ(files[i].bytes, fs::file_size(files[i].path));
+        cores += files[i].core_points;
+    }
+    ASSERT_EQ(cores, archive.survey.table.points() - archive.survey.table.rejected());
+}
+
+TEST(Scatter, GivesEveryBrickItsCoreAndExactlyThePointsOfItsHalo) {
+    std::mt19937_64 random(1);
+    const test::TemporaryFolder folder;
+    for (int round = 0; round < 60; ++round) {
+        const std::vector<Vec3> cloud = test::random_cloud(random);
+        const Archive archive = make_archive(write_two(folder, cloud), 1 + random() % 200);
+        const fs::path scratch = folder / std::to_string(round);
+        fs::create_directory(scratch);
+        const auto files =
+            scatter(archive.survey.table, archive.plan, archive.map,
+                    {.folder = scratch, .threads = static_cast<int>(1 + random() % 3)},
+                    [](std::uint64_t) {});
+        ASSERT_NO_FATAL_FAILURE(expect_bricks(cloud, archive, files)) << "round " << round;
+        fs::remove_all(scratch);
+    }
+}
+
+TEST(Scatter, ConservesCountsForAnyBufferSizeAndThreadCount) {
+    const test::TemporaryFolder folder;
+    const std::vector<Vec3> cloud = test::sphere_cloud(20000, 2);
+    const Archive archive = make_archive(write_two(folder, cloud), 1500);
+    ASSERT_GT(archive.plan.bricks.size(), 10U);
+    for (const int threads : {1, 2, 4}) {
+        for (const std::uint64_t budget : {std::uint64_t{0}, std::uint64_t{1} << 30}) {
+            const fs::path scratch = folder / "scratch";
+            fs::create_directory(scratch);
+            std::atomic<std::uint64_t> told{0};
+            const auto files =
+                scatter(archive.survey.table, archive.plan, archive.map,
+                        {.folder = scratch, .threads = threads, .budget_bytes = budget},
+                        [&](std::uint64_t points) { told += points; });
+            ASSERT_NO_FATAL_FAILURE(expect_bricks(cloud, archive, files)) << threads << " threads";
+            EXPECT_EQ(told, cloud.size());
+            fs::remove_all(scratch);
+        }
+    }
+}
+
+TEST(Scatter, OfASourceThatHasChangedSinceTheSurveyIsAnErrorNamingIt) {
+    const test::TemporaryFolder folder;
+    std::vector<Vec3> cloud = test::sphere_cloud(3000, 2);
+    const Archive archive = make_archive(write_two(folder, cloud), 500);
+    cloud[2000] = {0, 0, 0};
+    write_two(folder, cloud);
+    try {
+        scatter(archive.survey.table, archive.plan, archive.map, {.folder = folder.path()},
+                [](std::uint64_t) {});
+        FAIL() << "expected an InputError";
+    } catch (const InputError& error) {
+        const std::string text = error.what();
+        EXPECT_NE(text.find((folder / "b.ply").string()), std::string::npos) << text;
+        EXPECT_NE(text.find("changed"), std::string::npos) << text;
+        EXPECT_NE(text.find("point 1000"), std::string::npos) << text;
+    }
+}
+
+TEST(Scatter, WhereItCannotWriteIsAStorageErrorNamingTheFile) {
+    const test::TemporaryFolder folder;
+    const Archive archive = make_archive(write_two(folder, test::sphere_cloud(3000, 2)), 500);
+    try {
+        scatter(archive.survey.table, archive.plan, archive.map, {.folder = folder / "none"},
+                [](std::uint64_t) {});
+        FAIL() << "expected a StorageError";
+    } catch (const StorageError& error) {
+        EXPECT_NE(std::string(error.what()).find((folder / "none").string()), std::string::npos);
+    }
+}
+
+}  // namespace
+}  // namespace knap
