@@ -117,8 +117,11 @@ class PointSource {
 std::unique_ptr<PointSource> open_source(const std::filesystem::path& path);
 
 /// Files, folders and globs as one list of files: entries in the order given; inside a folder
-/// (recursively) or glob sorted by path. Files of a folder that are no point clouds are left out.
+/// (recursively) or glob sorted by path. Files of a folder that are no point clouds, or of formats
+/// that open_source() does not read, are left out.
+/// @param left_out  gets the visible files of folders that are not taken, sorted; may be null
 /// @throws InputError if an entry matches nothing, or a folder has no point cloud
-std::vector<std::filesystem::path> expand_sources(const std::vector<std::string>& patterns);
+std::vector<std::filesystem::path> expand_sources(const std::vector<std::string>& patterns,
+                                                  std::vector<std::filesystem::path>* left_out = nullptr);
 
 }  // namespace knap

@@ -94,7 +94,7 @@ void JobOptions::add_flags(CLI::App& command) {
         }
         std::string names(parameter.flag);
         if (parameter.flag == "--output") {
-            names = "-o," + names;
+            names.insert(0, "-o,");
         }
         const std::string text = description(parameter);
         Job job;

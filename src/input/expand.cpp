@@ -21,15 +21,19 @@ bool is_hidden(const fs::path& path) {
 }
 
 /// All point clouds below a folder, sorted by path. Hidden files and folders are left out.
-std::vector<fs::path> list_folder(const fs::path& folder) {
+std::vector<fs::path> list_folder(const fs::path& folder, std::vector<fs::path>* left_out) {
     std::vector<fs::path> files;
     try {
         for (auto entry = fs::recursive_directory_iterator(folder); entry != fs::end(entry);
              ++entry) {
             if (is_hidden(entry->path())) {
                 entry.disable_recursion_pending();
-            } else if (entry->is_regular_file() && recognise(InputFile(entry->path())).certain) {
-                files.push_back(entry->path());
+            } else if (entry->is_regular_file()) {
+                if (recognise(InputFile(entry->path())).certain) {
+                    files.push_back(entry->path());
+                } else if (left_out != nullptr) {
+                    left_out->push_back(entry->path());
+                }
             }
         }
     } catch (const fs::filesystem_error& error) {
@@ -57,9 +61,9 @@ std::vector<fs::path> match(const std::string& pattern) {
     return paths;
 }
 
-void append(std::vector<fs::path>& files, const fs::path& path) {
+void append(std::vector<fs::path>& files, const fs::path& path, std::vector<fs::path>* left_out) {
     if (fs::is_directory(path)) {
-        const std::vector<fs::path> inside = list_folder(path);
+        const std::vector<fs::path> inside = list_folder(path, left_out);
         files.insert(files.end(), inside.begin(), inside.end());
     } else {
         files.push_back(path);
@@ -83,12 +87,13 @@ void reject_duplicates(const std::vector<fs::path>& files) {
 
 }  // namespace
 
-std::vector<fs::path> expand_sources(const std::vector<std::string>& patterns) {
+std::vector<fs::path> expand_sources(const std::vector<std::string>& patterns,
+                                     std::vector<fs::path>* left_out) {
     std::vector<fs::path> files;
     for (const std::string& pattern : patterns) {
         std::error_code error;
         if (fs::exists(pattern, error)) {
-            append(files, pattern);
+            append(files, pattern, left_out);
             continue;
         }
         const std::vector<fs::path> matches = match(pattern);
@@ -97,10 +102,13 @@ std::vector<fs::path> expand_sources(const std::vector<std::string>& patterns) {
                 "{}: expected a file, a folder or a pattern of some, found nothing", pattern));
         }
         for (const fs::path& path : matches) {
-            append(files, path);
+            append(files, path, left_out);
         }
     }
     reject_duplicates(files);
+    if (left_out != nullptr) {
+        std::ranges::sort(*left_out);
+    }
     return files;
 }
 

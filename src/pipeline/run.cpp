@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <nlohmann/json.hpp>
 
 #include <memory>
@@ -10,6 +12,7 @@
 #include "emit/output_check.hpp"
 #include "knap/error.hpp"
 #include "knap/job.hpp"
+#include "knap/source.hpp"
 #include "merge/merge.hpp"
 #include "pipeline/forecast.hpp"
 #include "pipeline/stage_clock.hpp"
@@ -31,8 +34,9 @@ constexpr const char* kSelectionFile = "selection";
 /// the journal before the next one begins.
 class Pipeline {
   public:
-    Pipeline(const Job& job, Progress& progress)
+    Pipeline(const Job& job, std::vector<std::filesystem::path> files, Progress& progress)
         : job_(job),
+          files_(std::move(files)),
           threads_(thread_count(job.resources.threads)),
           limit_(threads_),
           budgets_(share_memory(job.resources.memory_bytes)),
@@ -68,7 +72,7 @@ class Pipeline {
 
     Survey survey_all() {
         Survey archive = clock_.time("survey", 0, [&](const auto& advance) {
-            return survey({.files = expand_sources(job_.input),
+            return survey({.files = files_,
                            .threads = threads_,
                            .budget_bytes = budgets_.survey},
                           advance);
@@ -190,6 +194,7 @@ class Pipeline {
     }
 
     const Job& job_;
+    std::vector<std::filesystem::path> files_;
     int threads_;
     ThreadLimit limit_;
     Budgets budgets_;
@@ -197,17 +202,29 @@ class Pipeline {
     StageClock clock_;
 };
 
+std::vector<std::filesystem::path> find_sources(const Job& job, Progress& progress) {
+    std::vector<std::filesystem::path> left_out;
+    std::vector<std::filesystem::path> files = expand_sources(job.input, &left_out);
+    if (!left_out.empty()) {
+        progress.note(fmt::format("{} files of the input folders are no point clouds that knap reads, "
+                                  "and are left out; the first is {}",
+                                  left_out.size(), left_out.front().string()));
+    }
+    return files;
+}
+
 }  // namespace
 
 Report run(const Job& job, Progress& progress) {
     validate(job);
-    check_output(job.output);
-    return Pipeline(job, progress).run();
+    std::vector<std::filesystem::path> files = find_sources(job, progress);
+    check_output(job.output, files);
+    return Pipeline(job, std::move(files), progress).run();
 }
 
 Forecast forecast(const Job& job, Progress& progress) {
     validate(job);
-    return Pipeline(job, progress).forecast();
+    return Pipeline(job, find_sources(job, progress), progress).forecast();
 }
 
 }  // namespace knap
