@@ -2,7 +2,9 @@
 
 #include <tbb/global_control.h>
 
+#include <algorithm>
 #include <atomic>
+#include <exception>
 #include <mutex>
 #include <thread>
 #include <vector>
@@ -16,13 +18,45 @@ int thread_count(int requested) {
     return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
+#if defined(__SANITIZE_THREAD__)
+
+namespace {
+
+std::atomic<int>& plain_limit() {
+    static std::atomic<int> limit{thread_count(0)};
+    return limit;
+}
+
+}  // namespace
+
 struct ThreadLimit::Control {
-    tbb::global_control control;
+    explicit Control(int threads)
+        : tbb(tbb::global_control::max_allowed_parallelism, 1),
+          before(plain_limit().exchange(threads)) {}
+    ~Control() { plain_limit() = before; }
+    Control(const Control&) = delete;
+    Control& operator=(const Control&) = delete;
+
+    tbb::global_control tbb;
+    int before;
 };
 
-ThreadLimit::ThreadLimit(int threads)
-    : control_(new Control{tbb::global_control(tbb::global_control::max_allowed_parallelism,
-                                               static_cast<std::size_t>(threads))}) {}
+int plain_loop_threads() {
+    return plain_limit();
+}
+
+#else
+
+struct ThreadLimit::Control {
+    explicit Control(int threads)
+        : tbb(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads)) {}
+
+    tbb::global_control tbb;
+};
+
+#endif
+
+ThreadLimit::ThreadLimit(int threads) : control_(std::make_unique<Control>(threads)) {}
 
 ThreadLimit::~ThreadLimit() = default;
 

@@ -9,6 +9,7 @@
 
 #include "base/memory_gate.hpp"
 #include "base/threads.hpp"
+#include "knap/error.hpp"
 #include "rank/curvature_pass.hpp"
 #include "rank/point_grid.hpp"
 #include "rank/spacing.hpp"
@@ -25,15 +26,20 @@ constexpr std::uint64_t kBrickBytes = sizeof(Vec3) + sizeof(PointId);
 std::size_t block_points_for(std::size_t runs, std::uint64_t budget_bytes) {
     constexpr std::uint64_t kSmallest = 64;
     constexpr std::uint64_t kLargest = 4096;
-    const std::uint64_t share = budget_bytes / 8 / std::max<std::size_t>(runs, 1) / (2 * sizeof(RankedPoint));
+    const std::uint64_t share =
+        budget_bytes / 8 / std::max<std::size_t>(runs, 1) / (2 * sizeof(RankedPoint));
     return static_cast<std::size_t>(std::clamp(share, kSmallest, kLargest));
 }
 
 class Ranker {
   public:
-    Ranker(const SourceTable& table, const std::vector<BrickFile>& bricks, const RankRequest& request,
-           const std::function<void(std::uint64_t)>& advance)
-        : table_(table), bricks_(bricks), request_(request), advance_(advance), gate_(request.budget_bytes) {}
+    Ranker(const SourceTable& table, const std::vector<BrickFile>& bricks,
+           const RankRequest& request, const std::function<void(std::uint64_t)>& advance)
+        : table_(table),
+          bricks_(bricks),
+          request_(request),
+          advance_(advance),
+          gate_(request.budget_bytes) {}
 
     RankResult rank() {
         result_.spacing = measure_spacing();
@@ -52,17 +58,16 @@ class Ranker {
         parallel_tasks(bricks_.size(), [&](std::size_t i) {
             const BrickFile& file = bricks_[i];
             const auto ticket = admit(file);
-            const BrickSpacing part =
-                brick_spacing(read_brick_file(file.path, table_), sample, file.brick.halo, table_.box(),
-                              file.brick.order_voxel);
+            const BrickSpacing part = brick_spacing(read_whole(file), sample, file.brick.halo,
+                                                    table_.box(), file.brick.order_voxel);
             const std::scoped_lock lock(mutex_);
             total.sum.add(part.sum);
             total.count += part.count;
-            total.stragglers.insert(total.stragglers.end(), part.stragglers.begin(), part.stragglers.end());
+            total.stragglers.insert(total.stragglers.end(), part.stragglers.begin(),
+                                    part.stragglers.end());
         });
         const CoreAccess cores = core_access([&](std::size_t i) {
-            OrderedBrick core = order_brick(read_brick_file(bricks_[i].path, table_, false),
-                                            bricks_[i].brick.order_voxel);
+            OrderedBrick core = order_brick(read_core(bricks_[i]), bricks_[i].brick.order_voxel);
             return CorePoints{std::move(core.positions), std::move(core.ids)};
         });
         for (const auto& neighbours : gather(total.stragglers, 1, cores)) {
@@ -80,8 +85,7 @@ class Ranker {
         parallel_tasks(bricks_.size(), [&](std::size_t i) {
             const BrickFile& file = bricks_[i];
             const auto ticket = admit(file);
-            OrderedBrick brick =
-                order_brick(read_brick_file(file.path, table_), file.brick.order_voxel);
+            OrderedBrick brick = order_brick(read_whole(file), file.brick.order_voxel);
             const std::uint64_t merged = brick.merged;
             const RankedBrick ranked = rank_brick(std::move(brick), request_.curvature.neighbours,
                                                   estimator, file.brick.halo, table_.box());
@@ -102,8 +106,10 @@ class Ranker {
     // In groups that fit the budget; each group becomes a run of its own.
     void settle_stragglers(const FourierEstimator& estimator) {
         const auto k = static_cast<std::size_t>(request_.curvature.neighbours);
-        const std::uint64_t each = 2 * k * sizeof(FoundNeighbour) + sizeof(Straggler) + sizeof(RankedPoint);
-        const auto most = static_cast<std::size_t>(std::max<std::uint64_t>(request_.budget_bytes / 4 / each, 1));
+        const std::uint64_t each =
+            2 * k * sizeof(FoundNeighbour) + sizeof(Straggler) + sizeof(RankedPoint);
+        const auto most =
+            static_cast<std::size_t>(std::max<std::uint64_t>(request_.budget_bytes / 4 / each, 1));
         const CoreAccess cores = core_access([&](std::size_t i) { return load_ranked_core(i); });
         std::vector<Straggler> group;
         const auto settle_group = [&] {
@@ -113,7 +119,8 @@ class Ranker {
                 curvature_sum_.add(point.key);
             }
             result_.points += ranked.size();
-            result_.runs.push_back(write_run(fmt::format("{:06}.run", result_.runs.size()), ranked));
+            result_.runs.push_back(
+                write_run(fmt::format("{:06}.run", result_.runs.size()), ranked));
             group.clear();
         };
         for (const auto& path : straggler_runs_) {
@@ -140,6 +147,29 @@ class Ranker {
         }
     }
 
+    BrickPoints read_whole(const BrickFile& file) const {
+        BrickPoints brick = read_brick_file(file.path, table_);
+        check_count(file, "core", file.core_points, brick.core_count);
+        check_count(file, "halo", file.halo_points, brick.ids.size() - brick.core_count);
+        return brick;
+    }
+
+    BrickPoints read_core(const BrickFile& file) const {
+        BrickPoints brick = read_brick_file(file.path, table_, false);
+        check_count(file, "core", file.core_points, brick.core_count);
+        return brick;
+    }
+
+    // A file that lost whole blocks has no checksum that fails.
+    static void check_count(const BrickFile& file, const char* part, std::uint64_t expected,
+                            std::uint64_t found) {
+        if (found != expected) {
+            throw StorageError(
+                fmt::format("{}: scratch file is damaged: expected {} {} points, found {}",
+                            file.path.string(), expected, part, found));
+        }
+    }
+
     // The core of a brick whose file is gone: its run and its stragglers.
     CorePoints load_ranked_core(std::size_t i) const {
         CorePoints core;
@@ -160,7 +190,8 @@ class Ranker {
         return core;
     }
 
-    std::filesystem::path write_run(const std::string& name, const std::vector<RankedPoint>& points) const {
+    std::filesystem::path write_run(const std::string& name,
+                                    const std::vector<RankedPoint>& points) const {
         const std::filesystem::path path = request_.folder / name;
         RunWriter writer(path, table_, block_points_for(bricks_.size(), request_.budget_bytes));
         for (const RankedPoint& point : points) {
@@ -176,7 +207,8 @@ class Ranker {
         request_.on_scratch(-bytes);
     }
 
-    std::filesystem::path write_stragglers(std::size_t i, const std::vector<Straggler>& stragglers) const {
+    std::filesystem::path write_stragglers(std::size_t i,
+                                           const std::vector<Straggler>& stragglers) const {
         std::vector<RankedPoint> by_bound;
         by_bound.reserve(stragglers.size());
         for (const Straggler& straggler : stragglers) {
