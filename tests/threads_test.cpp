@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <chrono>
 #include <mutex>
 #include <set>
 #include <stdexcept>
@@ -70,6 +72,51 @@ TEST(ParallelTasks, HandsAnExceptionOn) {
         }
     };
     EXPECT_THROW(parallel_tasks(10, fail), std::runtime_error);
+}
+
+TEST(ParallelTasks, ThatFailsDoesNotCutShortTheLoopsOfOthers) {
+    using namespace std::chrono_literals;
+    const ThreadLimit two(2);
+    constexpr std::size_t kItems = 2000;
+    const auto wait_for = [](const std::atomic<bool>& flag) {
+        // On a single core the other task never begins: then there is nothing to see.
+        for (int i = 0; i < 2000 && !flag; ++i) {
+            std::this_thread::sleep_for(1ms);
+        }
+    };
+    std::atomic<bool> looping{false};
+    std::atomic<bool> failing{false};
+    std::atomic<std::size_t> handled{0};
+    std::atomic<int> cut_short{0};
+    const auto task = [&](std::size_t i) {
+        if (i == 0) {
+            wait_for(looping);
+            failing = true;
+            throw std::runtime_error("zero");
+        }
+        parallel_for(kItems, 1, [&](std::size_t begin, std::size_t end) {
+            looping = true;
+            wait_for(failing);
+            std::this_thread::sleep_for(10us);
+            handled += end - begin;
+        });
+        cut_short += handled == kItems ? 0 : 1;
+    };
+    EXPECT_THROW(parallel_tasks(2, task), std::runtime_error);
+    EXPECT_EQ(cut_short, 0);
+}
+
+TEST(ParallelTasks, BeginsNoTaskAfterOneHasFailed) {
+    std::atomic<int> begun{0};
+    const ThreadLimit two(2);
+    const auto task = [&](std::size_t i) {
+        ++begun;
+        if (i >= 10) {
+            throw std::runtime_error("ten");
+        }
+    };
+    EXPECT_THROW(parallel_tasks(100000, task), std::runtime_error);
+    EXPECT_LE(begun, 12);
 }
 
 TEST(ThreadLimit, OfOneKeepsLoopsOnTheCallingThread) {

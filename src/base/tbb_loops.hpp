@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <exception>
 
 #include "base/threads.hpp"
 
@@ -37,16 +38,32 @@ void parallel_sort(std::vector<Value>& values) {
 template <typename Task>
 void parallel_tasks(std::size_t n, const Task& task) {
     std::atomic<std::size_t> next{0};
+    std::atomic<bool> failed{false};
+    std::exception_ptr error;
+    // No exception reaches TBB: it would cancel the loops inside the other tasks, OpenVDB's among
+    // them, which then go on with what is half done.
+    const auto attempt = [&] {
+        try {
+            task(next++);
+        } catch (...) {
+            if (!failed.exchange(true)) {
+                error = std::current_exception();
+            }
+        }
+    };
     tbb::this_task_arena::isolate([&] {
         tbb::parallel_for(
             tbb::blocked_range<std::size_t>(0, n, 1),
             [&](const tbb::blocked_range<std::size_t>& part) {
-                for (std::size_t i = part.begin(); i < part.end(); ++i) {
-                    task(next++);
+                for (std::size_t i = part.begin(); i < part.end() && !failed; ++i) {
+                    attempt();
                 }
             },
             tbb::simple_partitioner{});
     });
+    if (error) {
+        std::rethrow_exception(error);
+    }
 }
 
 }  // namespace knap

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/checksum.hpp"
-
 namespace knap {
 
 namespace {
@@ -24,11 +22,12 @@ struct Cell {
     std::int64_t z;
 };
 
-// Monotone in the coordinate: cell sizes are powers of two.
+// floor(coordinate / cell_size): monotone in the coordinate, since cell sizes are powers of two. No
+// cell is so small that the quotient leaves 64 bits.
 std::int64_t cell_index(double coordinate, double cell_size) {
-    constexpr double kLimit = 0x1p62;
-    return static_cast<std::int64_t>(
-        std::clamp(std::floor(coordinate / cell_size), -kLimit, kLimit));
+    const double quotient = coordinate / cell_size;
+    const auto truncated = static_cast<std::int64_t>(quotient);
+    return truncated - (quotient < static_cast<double>(truncated) ? 1 : 0);
 }
 
 Cell cell_of(const Vec3& p, double cell_size) {
@@ -37,9 +36,14 @@ Cell cell_of(const Vec3& p, double cell_size) {
 
 // Cells of a 4 x 4 x 4 block share a stretch of 64 buckets, so that neighbours are near in memory.
 std::size_t bucket_of(const Cell& cell, std::size_t buckets) {
-    const auto block = splitmix64(splitmix64(splitmix64(static_cast<std::uint64_t>(cell.x >> 2)) ^
-                                             static_cast<std::uint64_t>(cell.y >> 2)) ^
-                                  static_cast<std::uint64_t>(cell.z >> 2));
+    constexpr std::uint64_t kSpreadX = 0x9e3779b97f4a7c15U;
+    constexpr std::uint64_t kSpreadY = 0xbf58476d1ce4e5b9U;
+    constexpr std::uint64_t kSpreadZ = 0x94d049bb133111ebU;
+    std::uint64_t block = static_cast<std::uint64_t>(cell.x >> 2) * kSpreadX +
+                          static_cast<std::uint64_t>(cell.y >> 2) * kSpreadY +
+                          static_cast<std::uint64_t>(cell.z >> 2) * kSpreadZ;
+    block = (block ^ (block >> 32)) * kSpreadX;
+    block ^= block >> 32;
     const auto inside =
         static_cast<std::uint64_t>((cell.x & 3) | (cell.y & 3) << 2 | (cell.z & 3) << 4);
     return static_cast<std::size_t>((block << 6 | inside) & (buckets - 1));

@@ -12,6 +12,8 @@ namespace knap {
 namespace {
 
 using Tree = openvdb::Int32Tree;
+using Upper = Tree::RootNodeType::ChildNodeType;
+using Lower = Upper::ChildNodeType;
 using Leaf = Tree::LeafNodeType;
 using openvdb::Coord;
 using openvdb::CoordBBox;
@@ -20,9 +22,13 @@ using openvdb::CoordBBox;
 constexpr double kLargestIndex = 1 << 30;
 constexpr std::int32_t kMostPoints = std::numeric_limits<std::int32_t>::max();
 
-// A leaf with its share of the nodes above it. Measured: openvdb::tools::memUsage over leaves
-// of surface clouds gives 2.2 to 2.4 KiB.
-constexpr std::uint64_t kBytesPerLeaf = 2400;
+// A dense surface is all leaves; far outliers have a node of 256 KiB each.
+constexpr std::uint64_t kLeafBytes = sizeof(Leaf) + Leaf::SIZE * sizeof(std::int32_t);
+constexpr std::uint64_t kLowerBytes = sizeof(Lower);
+constexpr std::uint64_t kUpperBytes = sizeof(Upper);
+
+// A cloud about the origin has voxels on both sides of every axis, however large they are.
+constexpr std::uint64_t kLeastBytes = 8 * (kLeafBytes + kLowerBytes + kUpperBytes);
 
 double power_of_two_below(double value) {
     int exponent = 0;
@@ -50,30 +56,30 @@ double voxel_index(double coordinate, double voxel_size) {
 
 struct Occupancy::Grid {
     double voxel_size;
-    std::uint64_t most_leaves;
+    std::uint64_t most_bytes;
     std::unique_ptr<Tree> tree = std::make_unique<Tree>(0);
     std::optional<openvdb::tree::ValueAccessor<Tree>> accessor;
-    const Leaf* last_leaf = nullptr;
-    std::uint64_t leaves = 0;
+    std::uint64_t bytes = 0;
 
     Grid(double size, std::uint64_t budget_bytes)
-        : voxel_size(power_of_two_below(size)),
-          most_leaves(std::max<std::uint64_t>(budget_bytes / kBytesPerLeaf, 8)) {
+        : voxel_size(power_of_two_below(size)), most_bytes(std::max(budget_bytes, kLeastBytes)) {
         accessor.emplace(*tree);
     }
 
     void add(const Coord& at, std::int32_t points) {
         Leaf* leaf = accessor->probeLeaf(at);
         if (leaf == nullptr) {
+            bytes += kLeafBytes;
+            bytes += accessor->probeNode<Lower>(at) == nullptr ? kLowerBytes : 0;
+            bytes += accessor->probeNode<Upper>(at) == nullptr ? kUpperBytes : 0;
             leaf = accessor->touchLeaf(at);
-            ++leaves;
         }
         const openvdb::Index offset = Leaf::coordToOffset(at);
         leaf->setValueOn(offset, saturated_sum(leaf->getValue(offset), points));
     }
 
     void coarsen_to_budget() {
-        while (leaves > most_leaves) {
+        while (bytes > most_bytes) {
             coarsen();
         }
     }
@@ -83,7 +89,7 @@ struct Occupancy::Grid {
         accessor.reset();
         tree = std::make_unique<Tree>(0);
         accessor.emplace(*tree);
-        leaves = 0;
+        bytes = 0;
         voxel_size *= 2;
         // An arithmetic shift halves towards minus infinity, as floor() does.
         for (auto it = fine->cbeginValueOn(); it; ++it) {
@@ -115,9 +121,9 @@ void Occupancy::add(const Vec3& point) {
             index[0] = voxel_index(point[0], grid_->voxel_size);
         }
     }
-    grid_->add(Coord(static_cast<int>(index[0]), static_cast<int>(index[1]),
-                     static_cast<int>(index[2])),
-               1);
+    grid_->add(
+        Coord(static_cast<int>(index[0]), static_cast<int>(index[1]), static_cast<int>(index[2])),
+        1);
     grid_->coarsen_to_budget();
 }
 
@@ -143,7 +149,7 @@ std::uint64_t Occupancy::voxel_count() const {
 }
 
 std::uint64_t Occupancy::memory_bytes() const {
-    return grid_->leaves * kBytesPerLeaf;
+    return grid_->bytes;
 }
 
 std::vector<Voxel> Occupancy::voxels() const {
