@@ -22,9 +22,9 @@ inline constexpr std::int64_t kLargestLatticeIndex = std::int64_t{1} << 52;
 /// With no step given it is the scale of the sources, where all of them store integers on one
 /// common grid (the smallest scale, if all others are whole multiples of it), so that their
 /// coordinates survive exactly; otherwise the largest power of two <= spacing / 64, which costs
-/// nothing visible and makes every local coordinate an exact float. The origin is the first
-/// source's offset on a common grid, otherwise the lower corner of the box, rounded down to a
-/// multiple of the step.
+/// nothing visible and makes every local coordinate an exact float. On a common grid
+/// the origin is zero where the sources' offsets are whole steps, else the first one's offset;
+/// otherwise it is the lower corner of the box, rounded down to a multiple of the step.
 ///
 /// @param step     output.step, cloud units, >= 0; 0: choose
 /// @param sources  at least one

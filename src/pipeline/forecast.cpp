@@ -9,6 +9,7 @@
 #include "base/threads.hpp"
 #include "knap/error.hpp"
 #include "rank/rank.hpp"
+#include "scatter/scatter.hpp"
 
 namespace knap {
 
@@ -21,9 +22,11 @@ constexpr std::uint64_t kProcessBytes = 80 * kMiB;
 // Grids finer than this do not make better bricks.
 constexpr std::uint64_t kLargestGrid = 192 * kMiB;
 // Bricks smaller than this are more halo than core.
-constexpr std::uint64_t kSmallestBrick = 250'000;
-// So that threads do not wait for the last one.
+constexpr std::uint64_t kSmallestBrick = 20'000;
+// So that threads do not wait for the last one, and that brick files which wait for their runs are a
+// small part of the scratch.
 constexpr std::uint64_t kBricksPerThread = 4;
+constexpr std::uint64_t kFewestBricks = 12;
 
 // Bytes of an id in a brick file, as a difference to the one before: one for a scan in order, more
 // where neighbours are far apart in the stream.
@@ -57,7 +60,8 @@ PlanRequest plan_request(const Job& job, const SourceTable& table, const Budgets
     request.most_points =
         std::max<std::uint64_t>(budgets.stage / threads / rank_bytes_per_point(), 1);
     const std::uint64_t points = table.points() - table.rejected();
-    const std::uint64_t even = std::max(points / (kBricksPerThread * threads), kSmallestBrick);
+    const std::uint64_t even =
+        std::max(points / std::max(kBricksPerThread * threads, kFewestBricks), kSmallestBrick);
     request.target_points = job.resources.brick_points > 0 ? job.resources.brick_points
                                                            : std::min(even, request.most_points);
     return request;
@@ -90,15 +94,21 @@ Forecast make_forecast(const Job& job, const Survey& survey, const BrickPlan& pl
     const std::uint64_t planning = 2 * survey.occupancy.memory_bytes() +
                                    survey.occupancy.voxel_count() * sizeof(Voxel) +
                                    survey_overhead_bytes(static_cast<int>(threads));
+    const std::uint64_t scattering =
+        planning + scatter_buffer_bytes(forecast.bricks, static_cast<int>(threads),
+                                        share_memory(job.resources.memory_bytes).stage / 4);
     forecast.memory_bytes =
-        kProcessBytes + std::max(planning, in_work * rank_bytes_per_point());
+        kProcessBytes + std::max(scattering, in_work * rank_bytes_per_point());
 
     const std::uint64_t counted = forecast.points - forecast.rejected;
     const auto packed = static_cast<double>(survey.table.packed_size());
-    const double bricks = (packed + kBrickIdBytes) * static_cast<double>(in_bricks);
+    const double brick_point = packed + kBrickIdBytes;
+    const double bricks = brick_point * static_cast<double>(in_bricks);
     const double runs = (packed + kRunKeyBytes + static_cast<double>(id_bytes(forecast.points))) *
                         static_cast<double>(counted);
-    forecast.scratch_bytes = static_cast<std::uint64_t>(std::max(bricks, runs));
+    // A brick file goes when its run is written: at the end, all runs and the last bricks.
+    forecast.scratch_bytes = static_cast<std::uint64_t>(
+        std::max(bricks, runs + brick_point * static_cast<double>(in_work)));
     forecast.scratch_free_bytes = free_bytes(scratch_parent(job));
     return forecast;
 }

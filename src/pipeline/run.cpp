@@ -1,9 +1,11 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <nlohmann/json.hpp>
 
 #include <memory>
-#include <optional>
+#include <set>
+#include <string>
 #include <utility>
 
 #include "base/scratch.hpp"
@@ -41,6 +43,7 @@ class Pipeline {
           limit_(threads_),
           budgets_(share_memory(job.resources.memory_bytes)),
           scratch_(scratch_parent(job)),
+          progress_(progress),
           clock_(progress) {}
 
     Report run() {
@@ -77,8 +80,25 @@ class Pipeline {
                            .budget_bytes = budgets_.survey},
                           advance);
         });
+        tell_what_stays_behind(archive.table);
         record("survey", "", {{"points", archive.table.points()}, {"rejected", archive.table.rejected()}});
         return archive;
+    }
+
+    // Nothing is dropped without a word.
+    void tell_what_stays_behind(const SourceTable& table) {
+        std::set<std::string> names;
+        for (const SourceEntry& source : table.sources()) {
+            for (const Attribute& attribute : source.info.schema) {
+                if (attribute.name.find_first_not_of("xyzXYZ") != std::string::npos) {
+                    names.insert(attribute.name);
+                }
+            }
+        }
+        if (!names.empty()) {
+            progress_.note(fmt::format("only positions are written; {} attributes stay behind: {}",
+                                       names.size(), fmt::join(names, ", ")));
+        }
     }
 
     BrickPlan plan(const Survey& archive) {
@@ -171,6 +191,7 @@ class Pipeline {
                          .threads = threads_,
                          .advance = advance});
         });
+        record("emit", "", {{"tiles", emitted.tiles}, {"bytes", emitted.bytes}});
         if (!job_.output.ids.empty()) {
             write_ids(job_.output.ids, merged.selection);
         }
@@ -199,6 +220,7 @@ class Pipeline {
     ThreadLimit limit_;
     Budgets budgets_;
     ScratchFolder scratch_;
+    Progress& progress_;
     StageClock clock_;
 };
 

@@ -17,7 +17,7 @@ constexpr std::size_t kReachSamples = 256;
 // The halo serves this share of the sampled voxels; the rest are stragglers.
 constexpr double kServedShare = 0.98;
 // Widest ring of voxels that is searched for K points; beyond it a point is a straggler.
-constexpr int kWidestRing = 4;
+constexpr int kWidestRing = 8;
 // Neighbourhoods at an edge or where density falls reach farther than on an even surface.
 constexpr double kReachMargin = 1.5;
 // Faces among which the one that halves a brick is chosen.
@@ -117,7 +117,7 @@ class Planner {
     double reach_of(const Voxel& voxel) const {
         const double edge = plan_.voxel_size;
         const auto wanted = static_cast<std::uint64_t>(request_.neighbours) + 1;
-        for (int ring = 1; ring <= kWidestRing; ++ring) {
+        for (int ring = 1; ring <= kWidestRing; ring *= 2) {
             const Occupancy::Around around = occupancy_.around(voxel.at, ring);
             if (around.points >= 2 * wanted) {
                 // A surface with this many points a voxel face.

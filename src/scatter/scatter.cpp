@@ -20,6 +20,15 @@ constexpr std::uint64_t kSmallestBuffer = std::uint64_t{2} << 10;
 constexpr std::uint64_t kLargestBuffer = std::uint64_t{256} << 10;
 constexpr std::size_t kLocks = 64;
 
+// Each thread has a buffer for the core and one for the halo of each brick.
+std::uint64_t buffer_count(std::uint64_t bricks, int threads) {
+    return static_cast<std::uint64_t>(2 * threads) * std::max<std::uint64_t>(bricks, 1);
+}
+
+std::uint64_t buffer_size(std::uint64_t bricks, int threads, std::uint64_t budget_bytes) {
+    return std::clamp(budget_bytes / buffer_count(bricks, threads), kSmallestBuffer, kLargestBuffer);
+}
+
 // What one thread holds for one brick.
 struct Buffers {
     Buffers() { halo.part = BrickPart::kHalo; }
@@ -40,10 +49,8 @@ class Scatterer {
   public:
     Scatterer(const SourceTable& table, const BrickPlan& plan, const ScatterRequest& request)
         : table_(table), plan_(plan) {
-        const auto buffers = static_cast<std::uint64_t>(2 * request.threads) *
-                             std::max<std::uint64_t>(plan.bricks.size(), 1);
         buffer_bytes_ = static_cast<std::size_t>(
-            std::clamp(request.budget_bytes / buffers, kSmallestBuffer, kLargestBuffer));
+            buffer_size(plan.bricks.size(), request.threads, request.budget_bytes));
         for (std::size_t i = 0; i < plan.bricks.size(); ++i) {
             paths_.push_back(request.folder / fmt::format("{:06}.brick", i));
             create_brick_file(paths_.back(), table);
@@ -150,6 +157,10 @@ std::vector<BrickFile> scatter(const SourceTable& table, const BrickPlan& plan, 
         scatterer.flush(worker);
     }
     return scatterer.files(workers);
+}
+
+std::uint64_t scatter_buffer_bytes(std::uint64_t bricks, int threads, std::uint64_t budget_bytes) {
+    return buffer_count(bricks, threads) * buffer_size(bricks, threads, budget_bytes);
 }
 
 }  // namespace knap

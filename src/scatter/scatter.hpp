@@ -29,4 +29,7 @@ std::vector<BrickFile> scatter(const SourceTable& table, const BrickPlan& plan, 
                                const ScatterRequest& request,
                                const std::function<void(std::uint64_t)>& advance);
 
+/// Bytes of memory that the buffers of scatter() can take, for planning.
+std::uint64_t scatter_buffer_bytes(std::uint64_t bricks, int threads, std::uint64_t budget_bytes);
+
 }  // namespace knap

@@ -20,7 +20,7 @@
 ///             count packed positions, count ids of id_size bytes
 ///
 /// Keys are non-negative doubles, whose bits order as they do. The last block is empty (count 0):
-/// a run without it is torn. The checksum is XXH3-64 of count and payload. Prose: docs/formats.md.
+/// a run without it is torn. The checksum is XXH3-64 of the payload, xor splitmix64(count). Prose: docs/formats.md.
 namespace knap {
 
 /// One point of a run.
