@@ -93,7 +93,7 @@ void expect_equal(const Manifest& a, const Manifest& b) {
         EXPECT_EQ(a.tiles[i].file, b.tiles[i].file);
         EXPECT_EQ(a.tiles[i].points, b.tiles[i].points);
         EXPECT_EQ(a.tiles[i].box, b.tiles[i].box);
-        EXPECT_TRUE(std::equal(a.tiles[i].origin, a.tiles[i].origin + 3, b.tiles[i].origin));
+        EXPECT_EQ(a.tiles[i].origin, b.tiles[i].origin);
         EXPECT_EQ(a.tiles[i].bytes, b.tiles[i].bytes);
         EXPECT_EQ(a.tiles[i].xxh3, b.tiles[i].xxh3);
     }

@@ -1,6 +1,5 @@
-#include <gtest/gtest.h>
-
 #include <fmt/format.h>
+#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <array>
@@ -71,7 +70,8 @@ TEST(RealData, FourFilesAsOneJobKeepThePositionsOfTheSingleFile) {
 
 TEST(RealData, LasPositionsSurviveDracoExactlyAfterRoundingToTheScale) {
     const test::TemporaryFolder folder;
-    for (const char* name : {"lidar/lone-star.copc.laz", "lidar/autzen_trim.las", "lidar/extra_bytes_pf8.laz"}) {
+    for (const char* name :
+         {"lidar/lone-star.copc.laz", "lidar/autzen_trim.las", "lidar/extra_bytes_pf8.laz"}) {
         const auto file = test::shared_file(name, folder);
         if (file.empty()) {
             GTEST_SKIP() << "needs ../shared/data/lidar";
@@ -133,9 +133,10 @@ TEST(RealData, EveryTileDecodesWithDracoDecoder) {
                                   .c_str()),
                   0);
         for (const Vec3& local : test::read_cloud(decoded)) {
-            const Vec3 p{lattice.origin.x + static_cast<double>(tile.origin[0]) * lattice.step + local.x,
-                         lattice.origin.y + static_cast<double>(tile.origin[1]) * lattice.step + local.y,
-                         lattice.origin.z + static_cast<double>(tile.origin[2]) * lattice.step + local.z};
+            const Vec3 p{
+                lattice.origin.x + static_cast<double>(tile.origin[0]) * lattice.step + local.x,
+                lattice.origin.y + static_cast<double>(tile.origin[1]) * lattice.step + local.y,
+                lattice.origin.z + static_cast<double>(tile.origin[2]) * lattice.step + local.z};
             const auto index = index_of(p);
             EXPECT_TRUE(source.contains(index));
             // The step is a power of two, so the decoder's floats are on the lattice exactly.

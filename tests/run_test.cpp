@@ -20,7 +20,8 @@ Report run_silently(const Job& job) {
     return run(job, progress);
 }
 
-Job job_for(const test::TemporaryFolder& folder, const std::string& input, const SimplifyParams& params) {
+Job job_for(const test::TemporaryFolder& folder, const std::string& input,
+            const SimplifyParams& params) {
     Job job;
     job.input = {(folder / input).string()};
     job.curvature = params.curvature;
@@ -54,17 +55,18 @@ TEST(Run, EqualsTheBruteForceReferenceForAnyBrickSize) {
     for (int round = 0; round < 500; ++round) {
         const std::vector<Vec3> cloud = test::random_cloud(random);
         const SimplifyParams params = test::random_params(random, cloud);
-        const reference::Result expected = reference::simplify(cloud, params.curvature, params.range);
+        const reference::Result expected =
+            reference::simplify(cloud, params.curvature, params.range);
         test::write_ply(folder / "in.ply", cloud);
         Job job = job_for(folder, "in.ply", params);
         job.output.path = (folder / "out.ply").string();
         job.resources.brick_points = std::uniform_int_distribution<std::uint64_t>(1, 300)(random);
         const Report report = run_silently(job);
         ASSERT_EQ(test::read_ids(folder / "ids"), expected.kept)
-            << "round " << round << ", " << cloud.size() << " points in " << report.bricks << " bricks, "
-            << report.stragglers << " stragglers";
-        EXPECT_EQ(report.counts,
-                  (Counts{cloud.size(), expected.kept.size(), expected.represented, expected.merged, expected.rejected}));
+            << "round " << round << ", " << cloud.size() << " points in " << report.bricks
+            << " bricks, " << report.stragglers << " stragglers";
+        EXPECT_EQ(report.counts, (Counts{cloud.size(), expected.kept.size(), expected.represented,
+                                         expected.merged, expected.rejected}));
         EXPECT_EQ(report.spacing, expected.spacing);
         EXPECT_EQ(report.mean_curvature, expected.mean_curvature);
     }
@@ -101,15 +103,18 @@ TEST(Run, WritesTheSameBytesForAnyBricksThreadsAndMemory) {
     for (const std::uint64_t brick_points : {30000, 3000, 100}) {
         for (const int threads : {1, 2, 4}) {
             for (const std::uint64_t mebibytes : {512, 4096}) {
-                job.resources = {.memory_bytes = mebibytes << 20, .threads = threads, .scratch = "", .brick_points = brick_points};
+                job.resources = {.memory_bytes = mebibytes << 20,
+                                 .threads = threads,
+                                 .scratch = "",
+                                 .brick_points = brick_points};
                 const Report report = run_silently(job);
                 EXPECT_GT(report.tiles, 3U);
                 const std::string bytes = archive_bytes(job.output.path);
                 if (expected.empty()) {
                     expected = bytes;
                 }
-                ASSERT_EQ(bytes == expected, true)
-                    << report.bricks << " bricks, " << threads << " threads, " << mebibytes << " MiB";
+                ASSERT_EQ(bytes == expected, true) << report.bricks << " bricks, " << threads
+                                                   << " threads, " << mebibytes << " MiB";
             }
         }
     }
@@ -153,7 +158,8 @@ TEST(Run, AFailedJobLeavesNothingBehind) {
     std::string bytes;
     test::write_ply(folder / "whole.ply", test::sphere_cloud(3000, 5));
     std::filesystem::copy(folder / "whole.ply", folder / "in.ply");
-    std::filesystem::resize_file(folder / "in.ply", std::filesystem::file_size(folder / "in.ply") - 10);
+    std::filesystem::resize_file(folder / "in.ply",
+                                 std::filesystem::file_size(folder / "in.ply") - 10);
     std::filesystem::remove(folder / "whole.ply");
     SimplifyParams params;
     params.range.alpha = 0.05;
@@ -197,7 +203,8 @@ TEST(Forecast, RefusesAJobThatDoesNotFitTheMemory) {
         run_silently(job);
         FAIL() << "expected a StorageError";
     } catch (const StorageError& error) {
-        EXPECT_NE(std::string(error.what()).find("resources.memory"), std::string::npos) << error.what();
+        EXPECT_NE(std::string(error.what()).find("resources.memory"), std::string::npos)
+            << error.what();
     }
 }
 

@@ -18,9 +18,11 @@ TEST(Simplify, EqualsTheBruteForceReferenceFor500RandomClouds) {
     for (int round = 0; round < 500; ++round) {
         const std::vector<Vec3> cloud = test::random_cloud(random);
         const SimplifyParams params = test::random_params(random, cloud);
-        const reference::Result expected = reference::simplify(cloud, params.curvature, params.range);
+        const reference::Result expected =
+            reference::simplify(cloud, params.curvature, params.range);
         const SimplifyResult result = simplify(cloud, params);
-        ASSERT_EQ(result.kept, expected.kept) << "round " << round << ", " << cloud.size() << " points";
+        ASSERT_EQ(result.kept, expected.kept)
+            << "round " << round << ", " << cloud.size() << " points";
         EXPECT_EQ(result.counts.merged, expected.merged);
         EXPECT_EQ(result.counts.rejected, expected.rejected);
         EXPECT_EQ(result.counts.represented, expected.represented);
@@ -46,7 +48,8 @@ TEST(Simplify, RejectsAllNonFinitePointsAndCountsThem) {
     SimplifyParams params;
     params.range.alpha = 1;
     const double nan = std::numeric_limits<double>::quiet_NaN();
-    const std::vector<Vec3> cloud{{nan, 0, 0}, {0, nan, 0}, {0, 0, -std::numeric_limits<double>::infinity()}};
+    const std::vector<Vec3> cloud{
+        {nan, 0, 0}, {0, nan, 0}, {0, 0, -std::numeric_limits<double>::infinity()}};
     const SimplifyResult result = simplify(cloud, params);
     EXPECT_TRUE(result.kept.empty());
     EXPECT_EQ(result.counts, (Counts{.in = 3, .rejected = 3}));

@@ -20,22 +20,22 @@ struct Lattice {
 
 /// One source as the manifest names it.
 struct ManifestSource {
-    std::string path;    ///< as the job gave it
+    std::string path;  ///< as the job gave it
     std::string format;
     std::uint64_t points = 0;
     std::uint64_t rejected = 0;
     std::uint64_t bytes = 0;
-    std::string xxh3;    ///< XXH3-128 of the file, 32 hex digits
+    std::string xxh3;  ///< XXH3-128 of the file, 32 hex digits
     CoordinateFormat coordinates;
     std::vector<Attribute> schema;
-    std::string crs;     ///< WKT or "EPSG:n"; empty if none
+    std::string crs;  ///< WKT or "EPSG:n"; empty if none
 };
 
 /// One tile as the manifest names it.
 struct ManifestTile {
     std::string file;  ///< relative to the archive: "tiles/000000.drc"
     std::uint64_t points = 0;
-    Box box;           ///< of the tile's points on the lattice, cloud units
+    Box box;                               ///< of the tile's points on the lattice, cloud units
     std::array<std::int64_t, 3> origin{};  ///< lattice index of the tile's local (0, 0, 0)
     std::uint64_t bytes = 0;
     std::string xxh3;  ///< XXH3-64 of the file, 16 hex digits
@@ -45,14 +45,15 @@ struct ManifestTile {
 struct Manifest {
     int format_version = 1;
     std::string knap_version;
-    std::vector<std::pair<std::string, std::string>> parameters;  ///< key and value of all that shape the result
+    std::vector<std::pair<std::string, std::string>>
+        parameters;  ///< key and value of all that shape the result
     std::vector<ManifestSource> sources;
     Counts counts;
     double spacing = 0;         ///< cloud units
     double mean_curvature = 0;  ///< 1 / cloud unit
     Lattice lattice;
-    Box box;                    ///< of the kept points on the lattice
-    std::string crs;            ///< of the archive: the sources', if they agree
+    Box box;          ///< of the kept points on the lattice
+    std::string crs;  ///< of the archive: the sources', if they agree
     std::vector<ManifestTile> tiles;
 };
 

@@ -30,7 +30,8 @@ class StorageError : public Error {
     using Error::Error;
 };
 
-/// The job was stopped from outside (Ctrl-C). Thrown by whatever the progress observer throws it from.
+/// The job was stopped from outside (Ctrl-C). Thrown by whatever the progress observer throws it
+/// from.
 class Interrupted : public Error {
   public:
     using Error::Error;

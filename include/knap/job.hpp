@@ -32,32 +32,32 @@ struct StageReport {
 /// What a job did.
 struct Report {
     Counts counts;
-    double spacing = 0;                  ///< mean distance to the nearest other point, cloud units
-    double mean_curvature = 0;           ///< mean |H| over all counted points, 1 / cloud unit
-    Box box;                             ///< of the finite input points
+    double spacing = 0;         ///< mean distance to the nearest other point, cloud units
+    double mean_curvature = 0;  ///< mean |H| over all counted points, 1 / cloud unit
+    Box box;                    ///< of the finite input points
     std::uint64_t sources = 0;
     std::uint64_t bricks = 0;
-    std::uint64_t stragglers = 0;        ///< points whose neighbours were gathered from other bricks
+    std::uint64_t stragglers = 0;  ///< points whose neighbours were gathered from other bricks
     std::uint64_t tiles = 0;
     std::uint64_t output_bytes = 0;
     std::uint64_t scratch_peak_bytes = 0;
-    std::uint64_t memory_peak_bytes = 0; ///< resident memory of the process
+    std::uint64_t memory_peak_bytes = 0;  ///< resident memory of the process
     std::vector<StageReport> stages;
     std::filesystem::path output;
 };
 
 /// What a job would need, foretold after the survey.
 struct Forecast {
-    std::uint64_t points = 0;        ///< in all sources
+    std::uint64_t points = 0;  ///< in all sources
     std::uint64_t rejected = 0;
     Box box;
-    double voxel_size = 0;           ///< cloud units
+    double voxel_size = 0;  ///< cloud units
     std::uint64_t occupied_voxels = 0;
     std::uint64_t bricks = 0;
-    std::uint64_t largest_brick = 0; ///< core + halo points
-    std::uint64_t halo_points = 0;   ///< copies over all bricks
-    std::uint64_t memory_bytes = 0;  ///< peak resident memory
-    std::uint64_t scratch_bytes = 0; ///< peak use of the scratch folder
+    std::uint64_t largest_brick = 0;  ///< core + halo points
+    std::uint64_t halo_points = 0;    ///< copies over all bricks
+    std::uint64_t memory_bytes = 0;   ///< peak resident memory
+    std::uint64_t scratch_bytes = 0;  ///< peak use of the scratch folder
     std::uint64_t scratch_free_bytes = 0;
     std::vector<SourceInfo> sources;
 };
@@ -82,7 +82,8 @@ class Progress {
 /// @throws ConfigError, InputError, StorageError; the output then does not exist
 Report run(const Job& job, Progress& progress);
 
-/// Surveys the sources and plans the bricks; writes nothing but a scratch folder that is gone after.
+/// Surveys the sources and plans the bricks; writes nothing but a scratch folder that is gone
+/// after.
 /// @throws ConfigError, InputError, StorageError
 Forecast forecast(const Job& job, Progress& progress);
 

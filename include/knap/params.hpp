@@ -13,8 +13,9 @@ namespace knap {
 /// How mean curvature is estimated (method sections 2 and 3).
 struct CurvatureParams {
     int neighbours = 30;  ///< nearest other points a point's surface is read from, [3, 255]
-    int samples = 8;      ///< samples along each axis (N of the truncated Fourier series), even, [4, 64]
-    double step = 0.8;    ///< distance of two samples over the mean spacing, (0, 10]
+    int samples =
+        8;  ///< samples along each axis (N of the truncated Fourier series), even, [4, 64]
+    double step = 0.8;  ///< distance of two samples over the mean spacing, (0, 10]
 };
 
 /// Which neighbours of a kept point it stands for.
@@ -24,21 +25,22 @@ struct RangeParams {
     double max_factor = 8.0;      ///< largest range / alpha, >= 1, may be infinite
 };
 
-/// Where the result goes and how it is cut. `path`: an archive folder, or a file ending in .drc or .ply.
+/// Where the result goes and how it is cut. `path`: an archive folder, or a file ending in .drc or
+/// .ply.
 struct OutputParams {
     std::string path;
-    double step = 0;                    ///< lattice step, cloud units, >= 0; 0: LAS scale or spacing / 64
-    std::uint64_t tile_points = 100000; ///< most points in a tile, [1000, 10000000]
-    std::string ids;                    ///< also write the kept ids to this file; empty: do not
-    bool overwrite = false;             ///< replace an output that exists
+    double step = 0;  ///< lattice step, cloud units, >= 0; 0: LAS scale or spacing / 64
+    std::uint64_t tile_points = 100000;  ///< most points in a tile, [1000, 10000000]
+    std::string ids;                     ///< also write the kept ids to this file; empty: do not
+    bool overwrite = false;              ///< replace an output that exists
 };
 
 /// What the job may use. Nothing here changes the result.
 struct ResourceParams {
     std::uint64_t memory_bytes = std::uint64_t{4} << 30;  ///< resident memory, >= 256 MiB
     int threads = 0;                                      ///< [0, 1024]; 0: one a core
-    std::string scratch;                                  ///< working folder; empty: beside the output
-    std::uint64_t brick_points = 0;                       ///< points a brick aims at; 0: by memory
+    std::string scratch;             ///< working folder; empty: beside the output
+    std::uint64_t brick_points = 0;  ///< points a brick aims at; 0: by memory
 };
 
 /// A whole job: what `knap run` reads from a file.
@@ -54,20 +56,20 @@ struct Job {
 struct Bytes {
     std::uint64_t* value;
 };
-using ParameterField =
-    std::variant<double*, int*, std::uint64_t*, Bytes, bool*, std::string*, std::vector<std::string>*>;
+using ParameterField = std::variant<double*, int*, std::uint64_t*, Bytes, bool*, std::string*,
+                                    std::vector<std::string>*>;
 
 /// One row of the table behind job files, flags, `--help`, validation and the manifest.
 struct Parameter {
-    std::string_view key;    ///< in a job file: "range.alpha"
-    std::string_view flag;   ///< on the command line: "--alpha"
-    std::string_view unit;   ///< "cloud units", "points", ""
-    std::string_view range;  ///< allowed values as text: "> 0"
-    std::string_view help;   ///< one line
+    std::string_view key;                                   ///< in a job file: "range.alpha"
+    std::string_view flag;                                  ///< on the command line: "--alpha"
+    std::string_view unit;                                  ///< "cloud units", "points", ""
+    std::string_view range;                                 ///< allowed values as text: "> 0"
+    std::string_view help;                                  ///< one line
     double low = -std::numeric_limits<double>::infinity();  ///< numbers: smallest allowed value
     double high = std::numeric_limits<double>::infinity();  ///< numbers: largest allowed value
-    bool low_open = false;   ///< `low` itself is not allowed
-    bool required = false;   ///< has no usable default
+    bool low_open = false;                                  ///< `low` itself is not allowed
+    bool required = false;                                  ///< has no usable default
     bool in_result = false;  ///< changes the result, so it is part of the manifest
     ParameterField (*field)(Job&) = nullptr;
 };

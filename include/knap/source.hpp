@@ -14,14 +14,25 @@
 namespace knap {
 
 /// How a value is stored in a source.
-enum class ScalarType { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kInt64, kUint64, kFloat32, kFloat64 };
+enum class ScalarType {
+    kInt8,
+    kUint8,
+    kInt16,
+    kUint16,
+    kInt32,
+    kUint32,
+    kInt64,
+    kUint64,
+    kFloat32,
+    kFloat64
+};
 
 /// Name of a scalar type as the manifest and `knap info` write it: "int8" .. "float64".
 const char* to_string(ScalarType type);
 
 /// One column of a source's schema.
 struct Attribute {
-    std::string name;    ///< as the source names it
+    std::string name;  ///< as the source names it
     ScalarType type = ScalarType::kFloat32;
     int components = 1;  ///< values a point, >= 1
     friend bool operator==(const Attribute&, const Attribute&) = default;
@@ -52,7 +63,9 @@ class GridAxis {
         }
     }
 
-    double at(std::int32_t i) const { return whole_ ? (i + steps_) * scale_ : i * scale_ + offset_; }
+    double at(std::int32_t i) const {
+        return whole_ ? (i + steps_) * scale_ : i * scale_ + offset_;
+    }
     /// True if the offset is a whole number of scales.
     bool whole() const { return whole_; }
 
@@ -75,21 +88,23 @@ struct CoordinateFormat {
 /// What a source says of itself before any point is read.
 struct SourceInfo {
     std::filesystem::path path;
-    std::string format;               ///< as shown to people: "PLY (binary little-endian)", "LAZ 1.2, point format 2"
-    std::vector<Attribute> schema;    ///< in file order; coordinates included
+    std::string
+        format;  ///< as shown to people: "PLY (binary little-endian)", "LAZ 1.2, point format 2"
+    std::vector<Attribute> schema;  ///< in file order; coordinates included
     CoordinateFormat coordinates;
-    std::optional<std::uint64_t> declared_count;  ///< points by the header; none for text without one
+    std::optional<std::uint64_t>
+        declared_count;  ///< points by the header; none for text without one
     /// Points between places to which seek() is cheap (LAZ chunk size; 1 for fixed records);
     /// 0 where the source can only be read from its start.
     std::uint64_t seek_granularity = 0;
-    std::string crs;                  ///< WKT or "EPSG:n"; empty if the source has none
+    std::string crs;  ///< WKT or "EPSG:n"; empty if the source has none
     std::uint64_t size_bytes = 0;
 };
 
 /// Consecutive points of one source.
 struct Chunk {
-    std::uint64_t first = 0;       ///< index in the source of positions[0]
-    std::vector<Vec3> positions;   ///< cloud units; may be non-finite: the reader does not judge
+    std::uint64_t first = 0;      ///< index in the source of positions[0]
+    std::vector<Vec3> positions;  ///< cloud units; may be non-finite: the reader does not judge
 };
 
 /// A pull stream of points. Not thread-safe; open one per thread, as many as wanted on one file.
@@ -121,7 +136,8 @@ std::unique_ptr<PointSource> open_source(const std::filesystem::path& path);
 /// that open_source() does not read, are left out.
 /// @param left_out  gets the visible files of folders that are not taken, sorted; may be null
 /// @throws InputError if an entry matches nothing, or a folder has no point cloud
-std::vector<std::filesystem::path> expand_sources(const std::vector<std::string>& patterns,
-                                                  std::vector<std::filesystem::path>* left_out = nullptr);
+std::vector<std::filesystem::path> expand_sources(
+    const std::vector<std::string>& patterns,
+    std::vector<std::filesystem::path>* left_out = nullptr);
 
 }  // namespace knap

@@ -35,6 +35,7 @@ std::vector<std::uint64_t> share_out(const Surface& surface, std::uint64_t point
         sums.push_back(sums.back() + surface.area(i));
     }
     std::vector<std::uint64_t> firsts;
+    firsts.reserve(sums.size());
     for (const double sum : sums) {
         firsts.push_back(static_cast<std::uint64_t>(
             std::floor(sum / sums.back() * static_cast<double>(points) + 0.5)));

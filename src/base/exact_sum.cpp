@@ -80,7 +80,8 @@ double ExactSum::value() const {
     // tie, so it is folded into one sticky bit.
     Uint128 head = 0;
     for (int i = top; i > top - 3; --i) {
-        head = (head << 32) | static_cast<std::uint64_t>(i >= 0 ? sum.limbs_[static_cast<std::size_t>(i)] : 0);
+        head = (head << 32) |
+               static_cast<std::uint64_t>(i >= 0 ? sum.limbs_[static_cast<std::size_t>(i)] : 0);
     }
     bool sticky = false;
     for (int i = top - 3; i >= 0; --i) {
@@ -103,7 +104,8 @@ double ExactSum::value() const {
             ++head;
         }
     }
-    const double magnitude = std::ldexp(static_cast<double>(static_cast<std::uint64_t>(head)), exponent);
+    const double magnitude =
+        std::ldexp(static_cast<double>(static_cast<std::uint64_t>(head)), exponent);
     return negative ? -magnitude : magnitude;
 }
 

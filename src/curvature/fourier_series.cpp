@@ -32,7 +32,8 @@ struct HalfPlane {
         }
     }
 
-    void offer(double along, double off_squared, double z, const Lanes<kMostSamples>& u, std::size_t n) {
+    void offer(double along, double off_squared, double z, const Lanes<kMostSamples>& u,
+               std::size_t n) {
         for (std::size_t l = 0; l < n; ++l) {
             const double d = along - u[l];
             const double squared = d * d + off_squared;
@@ -82,7 +83,8 @@ double curvature_in_lanes(const FourierSeries& series, const Side& left_points,
         left.offer(left_points.along[i], left_points.off_squared[i], left_points.z[i], series.u, n);
     }
     for (std::size_t i = 0; i < right_points.size; ++i) {
-        right.offer(right_points.along[i], right_points.off_squared[i], right_points.z[i], series.u, n);
+        right.offer(right_points.along[i], right_points.off_squared[i], right_points.z[i], series.u,
+                    n);
     }
     Lanes<N> weighted;
     Lanes<N> total;

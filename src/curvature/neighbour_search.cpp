@@ -1,7 +1,6 @@
 #include "curvature/neighbour_search.hpp"
 
 #include <algorithm>
-
 #include <flann/flann.hpp>
 
 namespace knap {
@@ -21,7 +20,8 @@ constexpr double kMargin = 1 + 1e-9;
 class SettledSet final : public flann::ResultSet<double> {
   public:
     /// @param best  k places
-    SettledSet(std::span<const PointId> ids, PointId self, double max_squared, std::span<Neighbour> best)
+    SettledSet(std::span<const PointId> ids, PointId self, double max_squared,
+               std::span<Neighbour> best)
         : ids_(ids), self_(self), max_squared_(max_squared), best_(best.data()), k_(best.size()) {
         set_limit(max_squared);
     }
@@ -103,7 +103,8 @@ void NeighbourSearch::nearest(const Vec3& query, PointId self, std::size_t k,
     result.resize(k);
     SettledSet best(ids_, self, max_squared, result);
     if (tree_ && k > 0) {
-        tree_->index.findNeighbors(best, &query.x, flann::SearchParams(flann::FLANN_CHECKS_UNLIMITED));
+        tree_->index.findNeighbors(best, &query.x,
+                                   flann::SearchParams(flann::FLANN_CHECKS_UNLIMITED));
     }
     result.resize(best.size());
 }

@@ -35,8 +35,7 @@ class LazSource final : public PointSource {
         for (std::size_t done = 0; done < wanted;) {
             const std::span<const LasIndex> block = read_block(wanted - done);
             for (const LasIndex& index : block) {
-                chunk.positions[done++] = {axes_[0].at(index.x),
-                                           axes_[1].at(index.y),
+                chunk.positions[done++] = {axes_[0].at(index.x), axes_[1].at(index.y),
                                            axes_[2].at(index.z)};
             }
         }

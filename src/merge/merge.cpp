@@ -86,8 +86,8 @@ class MergedStream {
 /// Consecutive points of the global order.
 struct Batch {
     std::vector<RankedPoint> points;
-    std::vector<std::uint32_t> by_place;   // indices of points, neighbours near each other
-    std::vector<std::uint8_t> survives;    // 1: no point kept before the batch marks it
+    std::vector<std::uint32_t> by_place;  // indices of points, neighbours near each other
+    std::vector<std::uint8_t> survives;   // 1: no point kept before the batch marks it
 };
 
 // Ten bits an axis, interleaved: near places have near codes.

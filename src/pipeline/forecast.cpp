@@ -23,8 +23,8 @@ constexpr std::uint64_t kProcessBytes = 80 * kMiB;
 constexpr std::uint64_t kLargestGrid = 192 * kMiB;
 // Bricks smaller than this are more halo than core.
 constexpr std::uint64_t kSmallestBrick = 20'000;
-// So that threads do not wait for the last one, and that brick files which wait for their runs are a
-// small part of the scratch.
+// So that threads do not wait for the last one, and that brick files which wait for their runs are
+// a small part of the scratch.
 constexpr std::uint64_t kBricksPerThread = 4;
 constexpr std::uint64_t kFewestBricks = 12;
 
@@ -97,8 +97,7 @@ Forecast make_forecast(const Job& job, const Survey& survey, const BrickPlan& pl
     const std::uint64_t scattering =
         planning + scatter_buffer_bytes(forecast.bricks, static_cast<int>(threads),
                                         share_memory(job.resources.memory_bytes).stage / 4);
-    forecast.memory_bytes =
-        kProcessBytes + std::max(scattering, in_work * rank_bytes_per_point());
+    forecast.memory_bytes = kProcessBytes + std::max(scattering, in_work * rank_bytes_per_point());
 
     const std::uint64_t counted = forecast.points - forecast.rejected;
     const auto packed = static_cast<double>(survey.table.packed_size());
@@ -113,7 +112,8 @@ Forecast make_forecast(const Job& job, const Survey& survey, const BrickPlan& pl
     return forecast;
 }
 
-void check_forecast(const Forecast& forecast, const Job& job, const std::filesystem::path& scratch) {
+void check_forecast(const Forecast& forecast, const Job& job,
+                    const std::filesystem::path& scratch) {
     if (forecast.memory_bytes > job.resources.memory_bytes) {
         throw StorageError(fmt::format(
             "resources.memory: the job needs about {} (its largest brick has {} points), {} given; "

@@ -1,9 +1,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <nlohmann/json.hpp>
-
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <set>
 #include <string>
 #include <utility>
@@ -75,13 +74,12 @@ class Pipeline {
 
     Survey survey_all() {
         Survey archive = clock_.time("survey", 0, [&](const auto& advance) {
-            return survey({.files = files_,
-                           .threads = threads_,
-                           .budget_bytes = budgets_.survey},
+            return survey({.files = files_, .threads = threads_, .budget_bytes = budgets_.survey},
                           advance);
         });
         tell_what_stays_behind(archive.table);
-        record("survey", "", {{"points", archive.table.points()}, {"rejected", archive.table.rejected()}});
+        record("survey", "",
+               {{"points", archive.table.points()}, {"rejected", archive.table.rejected()}});
         return archive;
     }
 
@@ -164,8 +162,10 @@ class Pipeline {
                          advance);
         });
         merged.selection.save(scratch_.path() / kSelectionFile);
-        record("merge", kSelectionFile, {{"kept", merged.kept}, {"represented", merged.represented}});
-        scratch_.grew_by(static_cast<std::int64_t>(std::filesystem::file_size(scratch_.path() / kSelectionFile)));
+        record("merge", kSelectionFile,
+               {{"kept", merged.kept}, {"represented", merged.represented}});
+        scratch_.grew_by(static_cast<std::int64_t>(
+            std::filesystem::file_size(scratch_.path() / kSelectionFile)));
         for (const auto& path : ranked.runs) {
             std::filesystem::remove(path);
         }
@@ -228,9 +228,10 @@ std::vector<std::filesystem::path> find_sources(const Job& job, Progress& progre
     std::vector<std::filesystem::path> left_out;
     std::vector<std::filesystem::path> files = expand_sources(job.input, &left_out);
     if (!left_out.empty()) {
-        progress.note(fmt::format("{} files of the input folders are no point clouds that knap reads, "
-                                  "and are left out; the first is {}",
-                                  left_out.size(), left_out.front().string()));
+        progress.note(
+            fmt::format("{} files of the input folders are no point clouds that knap reads, "
+                        "and are left out; the first is {}",
+                        left_out.size(), left_out.front().string()));
     }
     return files;
 }

@@ -60,7 +60,8 @@ double order_voxel(const BrickPoints& cloud, const Box& box) {
     for (const Vec3& p : cloud.positions) {
         occupancy.add(p);
     }
-    const PlanRequest one_brick{.neighbours = 1, .target_points = kNoLimit, .most_points = kNoLimit};
+    const PlanRequest one_brick{
+        .neighbours = 1, .target_points = kNoLimit, .most_points = kNoLimit};
     return plan_bricks(occupancy, box, one_brick).bricks.front().order_voxel;
 }
 

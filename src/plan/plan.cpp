@@ -37,8 +37,9 @@ VoxelBox bounds_of(std::span<const Voxel> voxels) {
 }
 
 std::uint64_t points_in(std::span<const Voxel> voxels) {
-    return std::accumulate(voxels.begin(), voxels.end(), std::uint64_t{0},
-                           [](std::uint64_t sum, const Voxel& voxel) { return sum + voxel.points; });
+    return std::accumulate(
+        voxels.begin(), voxels.end(), std::uint64_t{0},
+        [](std::uint64_t sum, const Voxel& voxel) { return sum + voxel.points; });
 }
 
 class Planner {
@@ -88,8 +89,8 @@ class Planner {
         }
         const std::int64_t bins = std::min(extent(axis), kMostBins);
         const auto bin_of = [&](const Voxel& voxel) {
-            return static_cast<std::size_t>((voxel.at[axis] - std::int64_t{bounds.min[axis]}) * bins /
-                                            extent(axis));
+            return static_cast<std::size_t>((voxel.at[axis] - std::int64_t{bounds.min[axis]}) *
+                                            bins / extent(axis));
         };
         std::vector<std::uint64_t> histogram(static_cast<std::size_t>(bins));
         for (const Voxel& voxel : voxels) {
@@ -121,8 +122,8 @@ class Planner {
             const Occupancy::Around around = occupancy_.around(voxel.at, ring);
             if (around.points >= 2 * wanted) {
                 // A surface with this many points a voxel face.
-                const double density =
-                    static_cast<double>(around.points) / (static_cast<double>(around.voxels) * edge * edge);
+                const double density = static_cast<double>(around.points) /
+                                       (static_cast<double>(around.voxels) * edge * edge);
                 return kReachMargin *
                        std::sqrt(static_cast<double>(wanted) / (std::numbers::pi * density));
             }
@@ -136,8 +137,10 @@ class Planner {
         for (std::size_t i = 0; i < voxels.size(); i += step) {
             reaches.push_back(reach_of(voxels[i]));
         }
-        const auto at = static_cast<std::size_t>(kServedShare * static_cast<double>(reaches.size() - 1));
-        std::nth_element(reaches.begin(), reaches.begin() + static_cast<std::ptrdiff_t>(at), reaches.end());
+        const auto at =
+            static_cast<std::size_t>(kServedShare * static_cast<double>(reaches.size() - 1));
+        std::nth_element(reaches.begin(), reaches.begin() + static_cast<std::ptrdiff_t>(at),
+                         reaches.end());
         return reaches[at];
     }
 
@@ -152,8 +155,8 @@ class Planner {
             double part = 1;
             for (int axis = 0; axis < 3; ++axis) {
                 const double low = voxel.at[axis] * edge;
-                const double covered =
-                    std::min(brick.halo.max[axis], low + edge) - std::max(brick.halo.min[axis], low);
+                const double covered = std::min(brick.halo.max[axis], low + edge) -
+                                       std::max(brick.halo.min[axis], low);
                 part *= std::clamp(covered / edge, 0.0, 1.0);
             }
             points += part * voxel.points;
@@ -161,7 +164,8 @@ class Planner {
         return static_cast<std::uint64_t>(std::ceil(points));
     }
 
-    Brick make_brick(std::span<const Voxel> voxels, const VoxelBox& core, std::uint64_t points) const {
+    Brick make_brick(std::span<const Voxel> voxels, const VoxelBox& core,
+                     std::uint64_t points) const {
         const double edge = plan_.voxel_size;
         Brick brick;
         brick.core = core;
@@ -170,13 +174,15 @@ class Planner {
         for (;;) {
             for (int axis = 0; axis < 3; ++axis) {
                 brick.halo.min[axis] = std::max(core.min[axis] * edge - width, box_.min[axis]);
-                brick.halo.max[axis] = std::min((core.max[axis] + 1.0) * edge + width, box_.max[axis]);
+                brick.halo.max[axis] =
+                    std::min((core.max[axis] + 1.0) * edge + width, box_.max[axis]);
             }
             brick.halo_points = points_in_halo(brick);
             // A brick of one voxel cannot be made smaller, but its halo can: the points that it
             // then does not serve are stragglers.
             if (voxels.size() > 1 || brick.halo_points == 0 ||
-                brick.core_points + brick.halo_points <= request_.most_points || width < edge / 1024) {
+                brick.core_points + brick.halo_points <= request_.most_points ||
+                width < edge / 1024) {
                 break;
             }
             width /= 2;

@@ -23,8 +23,8 @@ void merge_found(std::vector<FoundNeighbour>& known, const std::vector<Neighbour
 
 }  // namespace
 
-std::vector<std::vector<FoundNeighbour>> gather(std::span<const Straggler> stragglers, std::size_t k,
-                                                const CoreAccess& cores) {
+std::vector<std::vector<FoundNeighbour>> gather(std::span<const Straggler> stragglers,
+                                                std::size_t k, const CoreAccess& cores) {
     std::vector<std::vector<FoundNeighbour>> found(stragglers.size());
     const auto bound = [&](std::size_t i) {
         return found[i].size() == k

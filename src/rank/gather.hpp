@@ -34,7 +34,7 @@ struct CorePoints {
 
 /// The bricks of an archive, as far as gathering needs them.
 struct CoreAccess {
-    std::vector<Box> boxes;                              ///< of each brick's core points
+    std::vector<Box> boxes;                             ///< of each brick's core points
     std::function<CorePoints(std::size_t brick)> load;  ///< @throws StorageError
 };
 
@@ -42,8 +42,8 @@ struct CoreAccess {
 /// one at a time.
 /// @param k  neighbours wanted, > 0
 /// @return   for each straggler up to k neighbours by (distance, id), nearest first
-std::vector<std::vector<FoundNeighbour>> gather(std::span<const Straggler> stragglers, std::size_t k,
-                                                const CoreAccess& cores);
+std::vector<std::vector<FoundNeighbour>> gather(std::span<const Straggler> stragglers,
+                                                std::size_t k, const CoreAccess& cores);
 
 /// The square of the distance from a point to the nearest face of a brick's halo behind which the
 /// archive goes on. No point that the brick does not hold is nearer, by the arithmetic of

@@ -13,7 +13,8 @@ namespace knap {
 class PointGrid {
   public:
     /// @param points      finite, fewer than 2^32; must outlive the grid
-    /// @param voxel_size  edge wanted, > 0, cloud units; made larger where the brick is so wide that
+    /// @param voxel_size  edge wanted, > 0, cloud units; made larger where the brick is so wide
+    /// that
     ///                    its voxels could not be numbered
     PointGrid(std::span<const Vec3> points, double voxel_size);
     ~PointGrid();
@@ -26,9 +27,10 @@ class PointGrid {
 
     /// What nearest_other() finds.
     struct Nearest {
-        double squared_distance;  ///< to the nearest point elsewhere that was found; may be infinite
-        bool lowest_id;           ///< no point with the same coordinates has a lower id
-        bool complete;            ///< both are certain; false: the search was given up
+        double
+            squared_distance;  ///< to the nearest point elsewhere that was found; may be infinite
+        bool lowest_id;        ///< no point with the same coordinates has a lower id
+        bool complete;         ///< both are certain; false: the search was given up
     };
 
     /// Nearest point with other coordinates. Gives up where that is far away or among very many,

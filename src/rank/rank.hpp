@@ -12,7 +12,7 @@
 namespace knap {
 
 struct RankRequest {
-    std::filesystem::path folder;    ///< exists; gets a run a brick
+    std::filesystem::path folder;  ///< exists; gets a run a brick
     CurvatureParams curvature;
     std::uint64_t budget_bytes = 0;  ///< for all bricks in work
     /// Told how many bytes of scratch a new file takes, or one that is gone gave back.
@@ -25,8 +25,8 @@ struct RankResult {
     std::uint64_t points = 0;                 ///< in the runs
     std::uint64_t merged = 0;
     std::uint64_t stragglers = 0;
-    double spacing = 0;                       ///< mean distance to the nearest other point, cloud units
-    double mean_curvature = 0;                ///< mean |H|, 1 / cloud unit
+    double spacing = 0;         ///< mean distance to the nearest other point, cloud units
+    double mean_curvature = 0;  ///< mean |H|, 1 / cloud unit
 };
 
 /// Mean curvature of every point of the archive, brick by brick, as ranked runs. A brick file is

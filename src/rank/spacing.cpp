@@ -99,7 +99,8 @@ BrickSpacing brick_spacing(const BrickPoints& brick, const SpacingSample& sample
         const std::scoped_lock lock(mutex);
         result.sum.add(part.sum);
         result.count += part.count;
-        result.stragglers.insert(result.stragglers.end(), part.stragglers.begin(), part.stragglers.end());
+        result.stragglers.insert(result.stragglers.end(), part.stragglers.begin(),
+                                 part.stragglers.end());
         lost.insert(lost.end(), part_lost.begin(), part_lost.end());
     });
     if (!lost.empty()) {

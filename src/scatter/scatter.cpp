@@ -26,7 +26,8 @@ std::uint64_t buffer_count(std::uint64_t bricks, int threads) {
 }
 
 std::uint64_t buffer_size(std::uint64_t bricks, int threads, std::uint64_t budget_bytes) {
-    return std::clamp(budget_bytes / buffer_count(bricks, threads), kSmallestBuffer, kLargestBuffer);
+    return std::clamp(budget_bytes / buffer_count(bricks, threads), kSmallestBuffer,
+                      kLargestBuffer);
 }
 
 // What one thread holds for one brick.
@@ -60,9 +61,10 @@ class Scatterer {
     void add(Worker& worker, std::size_t source, PointId id, const Vec3& position) {
         const std::span<const std::uint32_t> bricks = worker.lookup.bricks_at(position);
         if (bricks.empty()) {
-            throw InputError(fmt::format("{}: the file has changed since the survey: point {} is new",
-                                         table_.sources()[source].info.path.string(),
-                                         id - table_.sources()[source].first_id));
+            throw InputError(
+                fmt::format("{}: the file has changed since the survey: point {} is new",
+                            table_.sources()[source].info.path.string(),
+                            id - table_.sources()[source].first_id));
         }
         Buffers& owner = worker.buffers[bricks.front()];
         owner.core_box.extend(position);
@@ -102,8 +104,8 @@ class Scatterer {
     }
 
   private:
-    void append(BrickBlock& block, std::size_t brick, std::size_t source,
-                PointId id, const Vec3& position) {
+    void append(BrickBlock& block, std::size_t brick, std::size_t source, PointId id,
+                const Vec3& position) {
         if (block.count > 0 && (block.source != source || block.size_bytes() >= buffer_bytes_)) {
             flush(block, brick);
         }

@@ -36,8 +36,10 @@ std::uint64_t checksum_of(std::span<const std::byte> block, std::vector<std::byt
     return xxh3_64(work);
 }
 
-[[noreturn]] void throw_damaged(const std::filesystem::path& path, std::uint64_t at, const char* what) {
-    throw StorageError(fmt::format("{}: scratch file is damaged at byte {}: {}", path.string(), at, what));
+[[noreturn]] void throw_damaged(const std::filesystem::path& path, std::uint64_t at,
+                                const char* what) {
+    throw StorageError(
+        fmt::format("{}: scratch file is damaged at byte {}: {}", path.string(), at, what));
 }
 
 class Reader {
@@ -174,7 +176,8 @@ BrickPoints read_brick_file(const std::filesystem::path& path, const SourceTable
         std::size_t core = 0;
         std::size_t halo = 0;
         while (reader.next(header)) {
-            (header.part == static_cast<std::uint32_t>(BrickPart::kCore) ? core : halo) += header.count;
+            (header.part == static_cast<std::uint32_t>(BrickPart::kCore) ? core : halo) +=
+                header.count;
             reader.skip(header);
         }
         BrickPoints brick;

@@ -23,8 +23,8 @@ CoordBBox to_coords(const VoxelBox& box) {
 struct BrickMap::Grid {
     double voxel_size = 0;
     Tree tree{-1};
-    std::vector<std::uint32_t> bricks;   // the lists, one after the other
-    std::vector<std::size_t> begin{0};   // list i is bricks[begin[i]] .. bricks[begin[i + 1]]
+    std::vector<std::uint32_t> bricks;  // the lists, one after the other
+    std::vector<std::size_t> begin{0};  // list i is bricks[begin[i]] .. bricks[begin[i + 1]]
 };
 
 BrickMap::BrickMap(const Occupancy& occupancy, const std::vector<VoxelBox>& cores,
@@ -39,7 +39,8 @@ BrickMap::BrickMap(const Occupancy& occupancy, const std::vector<VoxelBox>& core
     for (const Voxel& voxel : occupancy.voxels()) {
         // Voxels come leaf by leaf: the bricks that touch a leaf are found once.
         constexpr int kLeafLog2 = static_cast<int>(Leaf::LOG2DIM);
-        const Coord block(voxel.at.x >> kLeafLog2, voxel.at.y >> kLeafLog2, voxel.at.z >> kLeafLog2);
+        const Coord block(voxel.at.x >> kLeafLog2, voxel.at.y >> kLeafLog2,
+                          voxel.at.z >> kLeafLog2);
         if (last_block != block) {
             last_block = block;
             const Coord low(block.x() << kLeafLog2, block.y() << kLeafLog2, block.z() << kLeafLog2);

@@ -32,7 +32,7 @@ struct BrickPlan {
 struct BrickFile {
     std::filesystem::path path;
     Brick brick;
-    Box core_box;                   ///< of the core points, cloud units
+    Box core_box;  ///< of the core points, cloud units
     std::uint64_t core_points = 0;
     std::uint64_t halo_points = 0;
     std::uint64_t bytes = 0;

@@ -50,7 +50,8 @@ double voxel_index(double coordinate, double voxel_size);
 /// are added, the voxel size in the end depends on the points and the budget, not on their order.
 class Occupancy {
   public:
-    /// @param voxel_size    smallest voxel size wanted, rounded down to a power of two, > 0, cloud units
+    /// @param voxel_size    smallest voxel size wanted, rounded down to a power of two, > 0, cloud
+    /// units
     /// @param budget_bytes  memory that the grid may take
     Occupancy(double voxel_size, std::uint64_t budget_bytes);
     ~Occupancy();

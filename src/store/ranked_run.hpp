@@ -13,14 +13,15 @@
 
 /// Points with a key each, highest key first: the core of one brick by its curvature.
 ///
-///     file    header block* 
+///     file    header block*
 ///     header  "KNAPRUN1" version:u32 packed_size:u32 id_size:u32 block_points:u32
 ///     block   count:u32 payload_size:u32 checksum:u64 payload
 ///     payload bits of the first key:u64, then count - 1 drops of the bits as varints,
 ///             count packed positions, count ids of id_size bytes
 ///
 /// Keys are non-negative doubles, whose bits order as they do. The last block is empty (count 0):
-/// a run without it is torn. The checksum is XXH3-64 of the payload, xor splitmix64(count). Prose: docs/formats.md.
+/// a run without it is torn. The checksum is XXH3-64 of the payload, xor splitmix64(count). Prose:
+/// docs/formats.md.
 namespace knap {
 
 /// One point of a run.
@@ -56,7 +57,8 @@ class RunWriter {
   public:
     /// @param block_points  points that a reader must hold at a time, > 0
     /// @throws StorageError
-    RunWriter(const std::filesystem::path& path, const SourceTable& table, std::size_t block_points);
+    RunWriter(const std::filesystem::path& path, const SourceTable& table,
+              std::size_t block_points);
 
     /// @param point  key finite, not above the key of the point before
     void add(const RankedPoint& point);

@@ -121,7 +121,7 @@ class SourceTable {
     bool wide_ = false;
     std::vector<CoordinateFormat> formats_;  // of sources_, close together: pack() runs per point
     std::vector<std::array<GridAxis, 3>> axes_;
-    std::vector<PointId> first_ids_;         // of sources_, for the same reason
+    std::vector<PointId> first_ids_;  // of sources_, for the same reason
 };
 
 }  // namespace knap

@@ -62,7 +62,8 @@ double first_voxel_size(const std::vector<std::filesystem::path>& files) {
                                 std::abs(box.max.x), std::abs(box.max.y), std::abs(box.max.z)});
     // A first chunk in one place says nothing of size; what doubles resolve there is a start.
     constexpr double kResolution = 1e-12;
-    const double smallest = std::max(farthest * kResolution, std::numeric_limits<double>::min() * 4);
+    const double smallest =
+        std::max(farthest * kResolution, std::numeric_limits<double>::min() * 4);
     return std::max(longest / kFirstVoxels, smallest);
 }
 
@@ -106,8 +107,9 @@ Survey survey(const SurveyRequest& request, const std::function<void(std::uint64
 
     std::vector<std::string> digests(infos.size());
     if (request.digests) {
-        run_tasks(infos.size(), static_cast<int>(threads),
-                  [&](std::size_t i, std::size_t) { digests[i] = xxh3_128_of_file(infos[i].path); });
+        run_tasks(infos.size(), static_cast<int>(threads), [&](std::size_t i, std::size_t) {
+            digests[i] = xxh3_128_of_file(infos[i].path);
+        });
     }
 
     Box box;

@@ -69,7 +69,8 @@ std::vector<Vec3> plane(Random& random, std::size_t n) {
 
 std::vector<Vec3> lattice(Random& random, std::size_t n) {
     const bool flat = pick(random, 0, 1) == 0;
-    const double side = std::ceil(flat ? std::sqrt(static_cast<double>(n)) : std::cbrt(static_cast<double>(n)));
+    const double side =
+        std::ceil(flat ? std::sqrt(static_cast<double>(n)) : std::cbrt(static_cast<double>(n)));
     const double step = pick(random, 0, 1) == 0 ? 1 : 0.1;
     std::vector<Vec3> points;
     for (double x = 0; x < side; ++x) {
@@ -96,8 +97,8 @@ std::vector<Vec3> clusters(Random& random, std::size_t n) {
     std::vector<Vec3> points;
     for (std::size_t i = 0; i < n; ++i) {
         const auto cluster = static_cast<double>(pick(random, 0, count - 1));
-        points.push_back({cluster * 1000 + uniform(random, 0, 1), cluster * cluster * 500 + uniform(random, 0, 1),
-                          uniform(random, 0, 1)});
+        points.push_back({cluster * 1000 + uniform(random, 0, 1),
+                          cluster * cluster * 500 + uniform(random, 0, 1), uniform(random, 0, 1)});
     }
     return points;
 }
@@ -114,7 +115,8 @@ std::vector<Vec3> random_cloud(Random& random) {
         points.resize(size <= 1 ? 1 : points.size());
     }
     if (pick(random, 0, 4) == 0) {
-        const Vec3 far{uniform(random, -1e6, 1e6), uniform(random, -1e6, 1e6), uniform(random, -1e3, 1e3)};
+        const Vec3 far{uniform(random, -1e6, 1e6), uniform(random, -1e6, 1e6),
+                       uniform(random, -1e3, 1e3)};
         for (Vec3& p : points) {
             p = p + far;
         }
@@ -131,7 +133,8 @@ std::vector<Vec3> random_cloud(Random& random) {
         for (std::size_t i = pick(random, 1, 5); i > 0; --i) {
             Vec3 bad{1, 2, 3};
             bad[static_cast<int>(pick(random, 0, 2))] = kBad[pick(random, 0, 2)];
-            points.insert(points.begin() + static_cast<std::ptrdiff_t>(pick(random, 0, points.size())), bad);
+            points.insert(
+                points.begin() + static_cast<std::ptrdiff_t>(pick(random, 0, points.size())), bad);
         }
     }
     return points;
@@ -151,7 +154,8 @@ std::vector<Vec3> sphere_cloud(std::size_t n, std::uint64_t seed) {
 
 TemporaryFolder::TemporaryFolder() {
     static std::atomic<int> next{0};
-    path_ = std::filesystem::temp_directory_path() / fmt::format("knap-test-{}-{}", ::getpid(), next++);
+    path_ =
+        std::filesystem::temp_directory_path() / fmt::format("knap-test-{}-{}", ::getpid(), next++);
     std::filesystem::create_directories(path_);
 }
 
@@ -163,13 +167,15 @@ TemporaryFolder::~TemporaryFolder() {
 void write_ply(const std::filesystem::path& path, const std::vector<Vec3>& points, bool as_float) {
     std::ofstream file(path, std::ios::binary);
     const char* type = as_float ? "float" : "double";
-    file << "ply\nformat binary_little_endian 1.0\nelement vertex " << points.size() << "\nproperty " << type
-         << " x\nproperty " << type << " y\nproperty " << type << " z\nend_header\n";
+    file << "ply\nformat binary_little_endian 1.0\nelement vertex " << points.size()
+         << "\nproperty " << type << " x\nproperty " << type << " y\nproperty " << type
+         << " z\nend_header\n";
     for (const Vec3& p : points) {
         for (int axis = 0; axis < 3; ++axis) {
             const double wide = p[axis];
             const auto narrow = static_cast<float>(wide);
-            file.write(as_float ? reinterpret_cast<const char*>(&narrow) : reinterpret_cast<const char*>(&wide),
+            file.write(as_float ? reinterpret_cast<const char*>(&narrow)
+                                : reinterpret_cast<const char*>(&wide),
                        as_float ? sizeof narrow : sizeof wide);
         }
     }
@@ -197,7 +203,8 @@ std::filesystem::path shared_file(const std::string& name, const TemporaryFolder
         return std::filesystem::exists(path) ? path : std::filesystem::path();
     }
     const std::filesystem::path unpacked = folder / path.stem().string();
-    const std::string command = fmt::format("gzip -dc '{}' > '{}'", path.string(), unpacked.string());
+    const std::string command =
+        fmt::format("gzip -dc '{}' > '{}'", path.string(), unpacked.string());
     return std::system(command.c_str()) == 0 ? unpacked : std::filesystem::path();
 }
 

@@ -34,7 +34,8 @@ class TemporaryFolder {
 };
 
 /// Writes a binary PLY of doubles, or of floats.
-void write_ply(const std::filesystem::path& path, const std::vector<Vec3>& points, bool as_float = false);
+void write_ply(const std::filesystem::path& path, const std::vector<Vec3>& points,
+               bool as_float = false);
 
 /// Reads a file of ids, one a line.
 std::vector<PointId> read_ids(const std::filesystem::path& path);

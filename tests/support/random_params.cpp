@@ -9,7 +9,9 @@ SimplifyParams random_params(std::mt19937_64& random, const std::vector<Vec3>& c
     const auto uniform = [&](double low, double high) {
         return std::uniform_real_distribution<double>(low, high)(random);
     };
-    const auto pick = [&](int low, int high) { return std::uniform_int_distribution<int>(low, high)(random); };
+    const auto pick = [&](int low, int high) {
+        return std::uniform_int_distribution<int>(low, high)(random);
+    };
     Box box;
     for (const Vec3& p : cloud) {
         if (is_finite(p)) {
@@ -22,8 +24,9 @@ SimplifyParams random_params(std::mt19937_64& random, const std::vector<Vec3>& c
     params.curvature.samples = pick(0, 2) == 0 ? 2 * pick(2, 12) : 8;
     params.curvature.step = pick(0, 2) == 0 ? uniform(0.2, 2) : 0.8;
     // A lattice step as alpha makes distances equal ranges.
-    params.range.alpha =
-        pick(0, 3) == 0 ? 0.1 : diagonal > 0 ? diagonal * std::pow(10, uniform(-3, -0.5)) : 1;
+    params.range.alpha = pick(0, 3) == 0 ? 0.1
+                         : diagonal > 0  ? diagonal * std::pow(10, uniform(-3, -0.5))
+                                         : 1;
     params.range.min_factor = pick(0, 1) == 0 ? 1.0 / 3 : uniform(0.01, 1);
     params.range.max_factor = pick(0, 2) == 0   ? std::numeric_limits<double>::infinity()
                               : pick(0, 1) == 0 ? 8

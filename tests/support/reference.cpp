@@ -139,7 +139,8 @@ std::vector<std::size_t> walk(const Counted& cloud, const std::vector<double>& h
 
 }  // namespace
 
-Result simplify(std::span<const Vec3> points, const CurvatureParams& params, const RangeParams& range) {
+Result simplify(std::span<const Vec3> points, const CurvatureParams& params,
+                const RangeParams& range) {
     Result result;
     const Counted cloud = counted_points(points, result);
     const std::size_t n = cloud.ids.size();
@@ -175,7 +176,8 @@ Result simplify(std::span<const Vec3> points, const CurvatureParams& params, con
     return result;
 }
 
-double curvature(std::span<const Vec3> neighbourhood, const CurvatureParams& params, double spacing) {
+double curvature(std::span<const Vec3> neighbourhood, const CurvatureParams& params,
+                 double spacing) {
     const auto n = static_cast<Eigen::Index>(neighbourhood.size());
     Eigen::MatrixXd points(n, 3);
     for (Eigen::Index i = 0; i < n; ++i) {
@@ -277,7 +279,8 @@ double exact_sum(std::span<const double> values) {
         }
     }
     // A tie that the partials below decide.
-    if (!partials.empty() && ((low < 0 && partials.back() < 0) || (low > 0 && partials.back() > 0))) {
+    if (!partials.empty() &&
+        ((low < 0 && partials.back() < 0) || (low > 0 && partials.back() > 0))) {
         const double twice = low * 2;
         const double up = sum + twice;
         if (up - sum == twice) {

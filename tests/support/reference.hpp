@@ -22,12 +22,14 @@ struct Result {
 
 /// Sections 1 to 4. The number |H| of one neighbourhood comes from the library's estimator, so
 /// that both sides order by the same bits; curvature() below is what that one is tested against.
-Result simplify(std::span<const Vec3> points, const CurvatureParams& curvature, const RangeParams& range);
+Result simplify(std::span<const Vec3> points, const CurvatureParams& curvature,
+                const RangeParams& range);
 
 /// Section 2 written down literally: covariance, eigenvectors, quadrants, cosine and sine sums,
 /// derivatives. Agrees with the library but for rounding.
 /// @param neighbourhood  the point, then its neighbours
-double curvature(std::span<const Vec3> neighbourhood, const CurvatureParams& params, double spacing);
+double curvature(std::span<const Vec3> neighbourhood, const CurvatureParams& params,
+                 double spacing);
 
 /// Sum of doubles, correctly rounded (Shewchuk's partial sums).
 double exact_sum(std::span<const double> values);
