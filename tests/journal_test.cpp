@@ -80,6 +80,16 @@ TEST_F(Journal, ABitFlippedBeforeTheLastLineIsAnErrorNamingTheFile) {
     });
 }
 
+TEST_F(Journal, ADamagedLastLineDoesNotCountEither) {
+    auto entries = random_entries(random_, 3);
+    write(path_, entries);
+    std::string text = test::read_bytes(path_);
+    text[text.size() - 3] ^= 1;
+    test::write_bytes(path_, text);
+    entries.pop_back();
+    EXPECT_EQ(read_journal(path_), entries);
+}
+
 TEST_F(Journal, TheErrorSaysWhichLine) {
     write(path_, random_entries(random_, 5));
     std::string text = test::read_bytes(path_);

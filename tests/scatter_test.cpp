@@ -11,6 +11,8 @@
 #include "store/brick_file.hpp"
 #include "support/clouds.hpp"
 #include "support/cut_cloud.hpp"
+#include "support/damage.hpp"
+#include "support/scan_files.hpp"
 #include "survey/survey.hpp"
 
 namespace knap {
@@ -145,6 +147,32 @@ TEST(Scatter, ConservesCountsForAnyBufferSizeAndThreadCount) {
             fs::remove_all(scratch);
         }
     }
+}
+
+TEST(Scatter, KeepsPointsOfSourcesApartWhoseCoordinatesPackDifferently) {
+#ifndef KNAP_HAVE_LASZIP
+    GTEST_SKIP() << "needs LASzip";
+#endif
+    std::mt19937_64 random(3);
+    const test::TemporaryFolder folder;
+    test::LasFile coarse;
+    test::LasFile fine{.scale = {0.001, 0.002, 0.0005}, .offset = {99, 201, 300.25}};
+    for (test::LasFile* las : {&coarse, &fine}) {
+        for (int i = 0; i < 3000; ++i) {
+            const auto any = [&] { return static_cast<std::int32_t>(random() % 2000) - 1000; };
+            las->points.push_back({any(), any(), any() / 100});
+        }
+    }
+    test::write_bytes(folder / "coarse.las", coarse.bytes());
+    test::write_bytes(folder / "fine.las", fine.bytes());
+    std::vector<Vec3> cloud = test::read_cloud(folder / "coarse.las");
+    const std::vector<Vec3> rest = test::read_cloud(folder / "fine.las");
+    cloud.insert(cloud.end(), rest.begin(), rest.end());
+    const Archive archive = make_archive({folder / "coarse.las", folder / "fine.las"}, 500);
+    ASSERT_FALSE(archive.survey.table.wide());
+    const auto files = scatter(archive.survey.table, archive.plan, archive.map,
+                               {.folder = folder.path()}, [](std::uint64_t) {});
+    ASSERT_NO_FATAL_FAILURE(expect_bricks(cloud, archive, files));
 }
 
 TEST(Scatter, OfASourceThatHasChangedSinceTheSurveyIsAnErrorNamingIt) {

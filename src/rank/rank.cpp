@@ -192,7 +192,7 @@ class Ranker {
 
     std::filesystem::path write_run(const std::string& name,
                                     const std::vector<RankedPoint>& points) const {
-        const std::filesystem::path path = request_.folder / name;
+        std::filesystem::path path = request_.folder / name;
         RunWriter writer(path, table_, block_points_for(bricks_.size(), request_.budget_bytes));
         for (const RankedPoint& point : points) {
             writer.add(point);

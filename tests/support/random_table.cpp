@@ -10,7 +10,8 @@ SourceTable random_table(std::mt19937_64& random, bool wide, std::uint64_t most_
     std::vector<SourceEntry> entries(1 + random() % 4);
     for (SourceEntry& entry : entries) {
         entry.points = 1 + random() % most_points;
-        entry.info.coordinates = {kNarrow[random() % 2], {0.01, 0.001, 0.25}, {5e5, -4e6, 0.5}};
+        entry.info.coordinates = {
+            kNarrow[random() % 2], {0.01, 0.001, 0.25}, {5e5, -4000000.0005, 0.5}};
     }
     if (wide) {
         entries[random() % entries.size()].info.coordinates = {};
@@ -24,8 +25,7 @@ Vec3 random_position(std::mt19937_64& random, const SourceTable& table, std::siz
     for (int axis = 0; axis < 3; ++axis) {
         const auto bits = static_cast<std::uint32_t>(random());
         if (format.kind == CoordinateKind::kInt32) {
-            position[axis] =
-                static_cast<std::int32_t>(bits) * format.scale[axis] + format.offset[axis];
+            position[axis] = format.axis(axis).at(static_cast<std::int32_t>(bits));
         } else if (format.kind == CoordinateKind::kFloat32) {
             const auto value = static_cast<double>(std::bit_cast<float>(bits));
             position[axis] = std::isfinite(value) ? value : 0;
