@@ -130,13 +130,23 @@ TEST(MakeForecast, AddsUpTheSurveyAndThePlan) {
     EXPECT_GT(forecast.scratch_free_bytes, 0U);
 }
 
-TEST(MakeForecast, NeedsMoreMemoryForLargerBricks) {
-    const Archive small(500);
-    const Archive large(20000);
-    EXPECT_GT(make_forecast(large.job, *large.survey, large.plan).largest_brick,
-              make_forecast(small.job, *small.survey, small.plan).largest_brick);
-    EXPECT_GE(make_forecast(large.job, *large.survey, large.plan).memory_bytes,
-              make_forecast(small.job, *small.survey, small.plan).memory_bytes);
+TEST(MakeForecast, NeedsMemoryForTheLargestBrickOfEveryThreadAtATime) {
+    Archive archive(1000);
+    archive.plan.bricks.resize(3);
+    archive.plan.bricks[0].core_points = 10'000'000;
+    archive.plan.bricks[1].core_points = 1'000'000;
+    archive.plan.bricks[2].core_points = 18'000'000;
+    archive.plan.bricks[2].halo_points = 2'000'000;
+    std::uint64_t last = 0;
+    for (const auto& [threads, points] :
+         {std::pair{1, 20'000'000U}, std::pair{2, 30'000'000U}, std::pair{3, 31'000'000U}}) {
+        archive.job.resources.threads = threads;
+        const Forecast forecast = make_forecast(archive.job, *archive.survey, archive.plan);
+        EXPECT_EQ(forecast.largest_brick, 20'000'000U);
+        EXPECT_GE(forecast.memory_bytes, points * rank_bytes_per_point());
+        EXPECT_GT(forecast.memory_bytes, last);
+        last = forecast.memory_bytes;
+    }
 }
 
 TEST(MakeForecast, OfNothingNeedsNoScratch) {

@@ -54,7 +54,8 @@ TEST(SourceTable, LasCoordinatesSurviveBitForBit) {
     const SourceTable table({source(CoordinateKind::kInt32, 1, scale, offset)}, {});
     EXPECT_EQ(table.packed_size(), 12U);
     const auto position = [&](std::int32_t x, std::int32_t y, std::int32_t z) {
-        return Vec3{x * scale.x + offset.x, y * scale.y + offset.y, z * scale.z + offset.z};
+        return Vec3{GridAxis(scale.x, offset.x).at(x), GridAxis(scale.y, offset.y).at(y),
+                    GridAxis(scale.z, offset.z).at(z)};
     };
     expect_survives(table, 0, position(kLow, kHigh, 0));
     expect_survives(table, 0, position(kHigh, kLow, -1));

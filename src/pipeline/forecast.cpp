@@ -94,9 +94,11 @@ Forecast make_forecast(const Job& job, const Survey& survey, const BrickPlan& pl
     const std::uint64_t planning = 2 * survey.occupancy.memory_bytes() +
                                    survey.occupancy.voxel_count() * sizeof(Voxel) +
                                    survey_overhead_bytes(static_cast<int>(threads));
+    const std::uint64_t buffers =
+        scatter_buffer_bytes(forecast.bricks, static_cast<int>(threads),
+                             share_memory(job.resources.memory_bytes).stage / 4);
     const std::uint64_t scattering =
-        planning + scatter_buffer_bytes(forecast.bricks, static_cast<int>(threads),
-                                        share_memory(job.resources.memory_bytes).stage / 4);
+        planning + std::min(buffers, 2 * survey.table.packed_size() * in_bricks);
     forecast.memory_bytes = kProcessBytes + std::max(scattering, in_work * rank_bytes_per_point());
 
     const std::uint64_t counted = forecast.points - forecast.rejected;

@@ -174,8 +174,9 @@ struct LasFile {
 
     /// What a reader must give for points[i].
     Vec3 position(std::size_t i) const {
-        return {points[i][0] * scale.x + offset.x, points[i][1] * scale.y + offset.y,
-                points[i][2] * scale.z + offset.z};
+        return {GridAxis(scale.x, offset.x).at(points[i][0]),
+                GridAxis(scale.y, offset.y).at(points[i][1]),
+                GridAxis(scale.z, offset.z).at(points[i][2])};
     }
 };
 
