@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -39,18 +40,73 @@ class Blocks final : public RankedStream {
     std::size_t at_ = 0;
 };
 
-std::vector<std::unique_ptr<RankedStream>> split_at_random(
-    std::mt19937_64& random, const std::vector<RankedPoint>& ordered) {
-    std::vector<std::vector<RankedPoint>> parts(1 + random() % 12);
-    // Uneven: most points go to few of the parts.
+// Parts that lie anywhere, each in a few runs. Uneven: most points go to few of them.
+std::vector<RankedPart> split_at_random(std::mt19937_64& random,
+                                        const std::vector<RankedPoint>& ordered) {
+    std::vector<std::vector<std::vector<RankedPoint>>> split(1 + random() % 12);
+    for (auto& runs : split) {
+        runs.resize(1 + random() % 3);
+    }
     for (const RankedPoint& point : ordered) {
-        parts[random() % (1 + random() % parts.size())].push_back(point);
+        auto& runs = split[random() % (1 + random() % split.size())];
+        runs[random() % runs.size()].push_back(point);
     }
-    std::vector<std::unique_ptr<RankedStream>> streams;
-    for (auto& part : parts) {
-        streams.push_back(std::make_unique<Blocks>(std::move(part), random()));
+    std::vector<RankedPart> parts;
+    for (auto& runs : split) {
+        parts.emplace_back();
+        for (auto& run : runs) {
+            for (const RankedPoint& point : run) {
+                parts.back().box.extend(point.position);
+            }
+            parts.back().points += run.size();
+            parts.back().runs.push_back(std::make_unique<Blocks>(std::move(run), random()));
+        }
     }
-    return streams;
+    return parts;
+}
+
+// Slabs across x, as bricks are: little touches anything outside.
+std::vector<RankedPart> split_into_slabs(std::mt19937_64& random,
+                                         const std::vector<RankedPoint>& ordered, const Box& box,
+                                         std::size_t slabs) {
+    std::vector<std::vector<RankedPoint>> runs(slabs);
+    std::vector<RankedPart> parts(slabs);
+    for (const RankedPoint& point : ordered) {
+        const double at = (point.position.x - box.min.x) / (box.max.x - box.min.x);
+        const std::size_t slab =
+            std::min(slabs - 1, static_cast<std::size_t>(at * static_cast<double>(slabs)));
+        runs[slab].push_back(point);
+        parts[slab].box.extend(point.position);
+        ++parts[slab].points;
+    }
+    for (std::size_t slab = 0; slab < slabs; ++slab) {
+        parts[slab].runs.push_back(std::make_unique<Blocks>(std::move(runs[slab]), random()));
+    }
+    return parts;
+}
+
+// Each point has points of the other part all round it, so that everything stays open.
+std::vector<RankedPart> split_in_two(const std::vector<RankedPoint>& ordered, const Box& box) {
+    std::vector<std::vector<RankedPoint>> runs(2);
+    for (std::size_t i = 0; i < ordered.size(); ++i) {
+        runs[i % 2].push_back(ordered[i]);
+    }
+    std::vector<RankedPart> parts(2);
+    for (std::size_t i = 0; i < 2; ++i) {
+        parts[i].box = box;
+        parts[i].points = runs[i].size();
+        parts[i].runs.push_back(std::make_unique<Blocks>(std::move(runs[i]), i));
+    }
+    return parts;
+}
+
+std::vector<RankedPart> one_part(std::unique_ptr<RankedStream> run, const Box& box,
+                                 std::uint64_t points) {
+    std::vector<RankedPart> parts(1);
+    parts[0].box = box;
+    parts[0].points = points;
+    parts[0].runs.push_back(std::move(run));
+    return parts;
 }
 
 struct Ranked {
@@ -162,18 +218,44 @@ TEST(Merge, EqualsTheBruteForceWalkOverManyBatchesForAnyThreadCount) {
     }
 }
 
+TEST(Merge, SettlesMostOfABrickWithoutTheOthers) {
+    std::mt19937_64 random(5);
+    const Ranked ranked = rank_at_random(random, test::sphere_cloud(200000, 5));
+    const RangeParams range{.alpha = 0.02, .min_factor = 0.3, .max_factor = 2};
+    const std::vector<PointId> expected = walk(ranked, range);
+    for (const std::size_t slabs : {1, 2, 5}) {
+        MergeRequest request = request_for(ranked, range);
+        std::atomic<std::size_t> open = 0;
+        std::vector<int> settled(slabs);
+        request.spill = [&](std::size_t part, std::vector<RankedPoint> points) {
+            open += points.size();
+            return hold_in_memory(part, std::move(points));
+        };
+        request.on_settled = [&](std::size_t part) { ++settled[part]; };
+        const MergeResult merged =
+            merge(split_into_slabs(random, ranked.ordered, ranked.box, slabs), request,
+                  [](std::uint64_t) {});
+        EXPECT_EQ(ids_of(merged.selection), expected) << slabs << " slabs";
+        EXPECT_EQ(settled, std::vector<int>(slabs, 1));
+        if (slabs == 1) {
+            EXPECT_EQ(open, 0U) << "nothing is outside";
+        } else {
+            EXPECT_GT(open, 0U);
+            EXPECT_LT(open, ranked.ordered.size() / 2);
+        }
+    }
+}
+
 TEST(Merge, AnInfiniteRangeErasesAllThatComesAfter) {
     const std::vector<RankedPoint> ordered{{2, 0, {0, 0, 0}}, {0, 1, {5, 0, 0}}, {0, 2, {9, 0, 0}}};
     Box box;
     for (const RankedPoint& p : ordered) {
         box.extend(p.position);
     }
-    std::vector<std::unique_ptr<RankedStream>> streams;
     // splitmix64(1) < splitmix64(2): the order of equal keys.
     ASSERT_LT(splitmix64(1), splitmix64(2));
-    streams.push_back(std::make_unique<Blocks>(ordered, 1));
     const MergeResult merged =
-        merge(std::move(streams),
+        merge(one_part(std::make_unique<Blocks>(ordered, 1), box, ordered.size()),
               {.range = {.alpha = 1, .min_factor = 0.5, .max_factor = kInfinity},
                .mean_curvature = 1,
                .points = 3,
@@ -199,7 +281,7 @@ TEST(Merge, WithoutMemoryForTheKeptPointsIsAStorageErrorWithTheFigures) {
     using testing::AllOf;
     using testing::HasSubstr;
     EXPECT_THAT(
-        [&] { merge(split_at_random(random, ranked.ordered), request, [](std::uint64_t) {}); },
+        [&] { merge(split_in_two(ranked.ordered, ranked.box), request, [](std::uint64_t) {}); },
         testing::ThrowsMessage<StorageError>(AllOf(HasSubstr("97.66 KiB given"),
                                                    HasSubstr("4096 of them"),
                                                    HasSubstr("resources.memory"))));
@@ -209,11 +291,9 @@ TEST(Merge, HandsOnWhatAStreamThrows) {
     class Torn final : public RankedStream {
         bool next(std::vector<RankedPoint>&) override { throw StorageError("run: torn"); }
     };
-    std::vector<std::unique_ptr<RankedStream>> streams;
-    streams.push_back(std::make_unique<Torn>());
-    EXPECT_THROW(
-        merge(std::move(streams), {.range = {.alpha = 1}, .box = {}}, [](std::uint64_t) {}),
-        StorageError);
+    EXPECT_THROW(merge(one_part(std::make_unique<Torn>(), {}, 1),
+                       {.range = {.alpha = 1}, .box = {}}, [](std::uint64_t) {}),
+                 StorageError);
 }
 
 TEST(RangeOf, NeverDecreasesAlongTheOrderAndStaysWithinItsFactors) {

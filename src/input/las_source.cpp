@@ -60,8 +60,9 @@ void check_count(const InputFile& file, const LasHeader& header) {
     const std::uint64_t held = room / header.record_length;
     bool agrees = header.count <= held;
     if (header.count < held) {
-        const std::uint64_t end = header.points_offset + header.count * header.record_length;
-        agrees = looks_like_record(file, end, limit);
+        const std::uint64_t expected_end =
+            header.points_offset + header.count * header.record_length;
+        agrees = looks_like_record(file, expected_end, limit);
     }
     if (!agrees) {
         throw InputError(

@@ -59,7 +59,7 @@ LazStreamBuffer::pos_type LazStreamBuffer::seekoff(off_type offset,
                                : direction == std::ios_base::cur ? position()
                                                                  : size();
     if (direction == std::ios_base::cur && offset == 0) {
-        return pos_type(static_cast<off_type>(base));
+        return {static_cast<off_type>(base)};
     }
     return seekpos(pos_type(static_cast<off_type>(base) + offset), which);
 }

@@ -13,7 +13,7 @@ namespace knap {
 
 namespace {
 
-using std::string_view_literals::operator""sv;
+using std::string_view_literals::operator""sv;  // NOLINT(misc-unused-using-decls): not seen
 
 struct Foreign {
     std::string_view sign;  // first bytes, or ending with its dot

@@ -12,12 +12,27 @@
 
 namespace knap {
 
+/// The ranked points of one brick.
+struct RankedPart {
+    std::vector<std::unique_ptr<RankedStream>> runs;  ///< each in the method's order
+    Box box;                                          ///< holds all its points
+    std::uint64_t points = 0;                         ///< in the runs, below 2^32
+};
+
+/// Keeps open points as they are: a spill for clouds in memory.
+std::unique_ptr<RankedStream> hold_in_memory(std::size_t part, std::vector<RankedPoint> open);
+
 struct MergeRequest {
     RangeParams range;
     double mean_curvature = 0;       ///< of the archive, 1 / cloud unit
     std::uint64_t points = 0;        ///< ids are below this
     Box box;                         ///< of all points
-    std::uint64_t budget_bytes = 0;  ///< for the coverage and the batches
+    std::uint64_t budget_bytes = 0;  ///< for the parts in work; then for the kept among the open
+    /// Puts the points that a part leaves open away until all parts are done. Thread-safe.
+    std::function<std::unique_ptr<RankedStream>(std::size_t part, std::vector<RankedPoint> open)>
+        spill = hold_in_memory;
+    /// Told that the runs of a part are not needed any more. One call at a time.
+    std::function<void(std::size_t part)> on_settled = [](std::size_t) {};
 };
 
 struct MergeResult {
@@ -30,14 +45,18 @@ struct MergeResult {
 /// @param curvature  |H| of the point, >= 0; 0 gives the largest radius
 double range_of(double curvature, double mean_curvature, const RangeParams& range);
 
-/// Walks all streams in one global order: a point that no kept point has marked is kept and marks
-/// every point within its range (method section 4).
+/// Marks ranges over the whole archive (method section 4): the points that a walk in one global
+/// order would keep.
 ///
-/// Points are taken in batches: a batch is tested in parallel against what was kept before it, and
-/// the few survivors are settled in order. Memory grows with the kept points, not with the input.
-/// @param streams  each in the method's order; together every counted point once
-/// @throws StorageError if the kept points need more memory than the budget, with the figures
-MergeResult merge(std::vector<std::unique_ptr<RankedStream>> streams, const MergeRequest& request,
+/// First each part by itself, several at a time: most points are decided by points near them. Then
+/// one walk in the global order over what the parts left open, near their borders. Memory grows
+/// with one part and with the kept among the open points, not with the input.
+/// @param parts  together every counted point once
+/// @throws StorageError if the open points that are kept need more memory than the budget
+MergeResult merge(std::vector<RankedPart> parts, const MergeRequest& request,
                   const std::function<void(std::uint64_t)>& advance);
+
+/// Bytes of memory that a point of a part takes while the part is settled.
+std::uint64_t merge_bytes_per_point();
 
 }  // namespace knap

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -141,24 +142,42 @@ class Pipeline {
                          .on_scratch = [&](std::int64_t bytes) { scratch_.grew_by(bytes); }},
                         advance);
         });
-        for (const auto& path : ranked.runs) {
-            record("rank", path.filename().string(), nlohmann::ordered_json::object());
+        for (const RankedFiles& brick : ranked.bricks) {
+            for (const auto& path : brick.runs) {
+                record("rank", path.filename().string(), nlohmann::ordered_json::object());
+            }
         }
         return ranked;
     }
 
     MergeResult merge_all(const SourceTable& table, const RankResult& ranked) {
+        std::vector<std::filesystem::path> spilled(ranked.bricks.size());
         MergeResult merged = clock_.time("merge", ranked.points, [&](const auto& advance) {
-            std::vector<std::unique_ptr<RankedStream>> streams;
-            for (const auto& path : ranked.runs) {
-                streams.push_back(std::make_unique<RunReader>(path, table));
+            std::vector<RankedPart> parts;
+            for (const RankedFiles& brick : ranked.bricks) {
+                parts.push_back({{}, brick.box, brick.points});
+                for (const auto& path : brick.runs) {
+                    parts.back().runs.push_back(std::make_unique<RunReader>(path, table));
+                }
             }
-            return merge(std::move(streams),
+            return merge(std::move(parts),
                          {.range = job_.range,
                           .mean_curvature = ranked.mean_curvature,
                           .points = table.points(),
                           .box = table.box(),
-                          .budget_bytes = budgets_.stage},
+                          .budget_bytes = budgets_.stage,
+                          .spill =
+                              [&](std::size_t brick, const std::vector<RankedPoint>& open) {
+                                  spilled[brick] =
+                                      write_open_run(table, brick, open, spilled.size());
+                                  return std::make_unique<RunReader>(spilled[brick], table);
+                              },
+                          .on_settled =
+                              [&](std::size_t brick) {
+                                  for (const auto& path : ranked.bricks[brick].runs) {
+                                      remove(path);
+                                  }
+                              }},
                          advance);
         });
         merged.selection.save(scratch_.path() / kSelectionFile);
@@ -166,10 +185,29 @@ class Pipeline {
                {{"kept", merged.kept}, {"represented", merged.represented}});
         scratch_.grew_by(static_cast<std::int64_t>(
             std::filesystem::file_size(scratch_.path() / kSelectionFile)));
-        for (const auto& path : ranked.runs) {
-            std::filesystem::remove(path);
+        for (const auto& path : spilled) {
+            if (!path.empty()) {
+                remove(path);
+            }
         }
         return merged;
+    }
+
+    // What a brick leaves open is read with that of all others, a block of each at a time.
+    std::filesystem::path write_open_run(const SourceTable& table, std::size_t brick,
+                                         const std::vector<RankedPoint>& open, std::size_t bricks) {
+        constexpr std::uint64_t kSmallest = 64;
+        const std::uint64_t share = budgets_.stage / 8 / bricks / (2 * sizeof(RankedPoint));
+        const std::uint64_t block = std::clamp<std::uint64_t>(share, kSmallest, kMostBlockPoints);
+        std::filesystem::path path = scratch_.path() / fmt::format("{:06}.open", brick);
+        scratch_.grew_by(static_cast<std::int64_t>(write_run(path, table, open, block)));
+        return path;
+    }
+
+    void remove(const std::filesystem::path& path) {
+        const auto bytes = static_cast<std::int64_t>(std::filesystem::file_size(path));
+        std::filesystem::remove(path);
+        scratch_.grew_by(-bytes);
     }
 
     Report emit_all(const SourceTable& table, std::size_t bricks, const RankResult& ranked,

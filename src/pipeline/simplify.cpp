@@ -21,19 +21,6 @@ constexpr std::uint64_t kGridBytes = std::uint64_t{64} << 20;
 constexpr double kFirstVoxels = 512;
 constexpr std::uint64_t kNoLimit = std::numeric_limits<std::uint64_t>::max();
 
-/// A run that never went to disk.
-class RunInMemory final : public RankedStream {
-  public:
-    explicit RunInMemory(std::vector<RankedPoint> points) : points_(std::move(points)) {}
-    bool next(std::vector<RankedPoint>& points) override {
-        points = std::exchange(points_, {});
-        return !points.empty();
-    }
-
-  private:
-    std::vector<RankedPoint> points_;
-};
-
 // All finite points as one brick.
 BrickPoints whole_cloud(std::span<const Vec3> points, Box& box) {
     BrickPoints brick;
@@ -99,9 +86,11 @@ SimplifyResult simplify(std::span<const Vec3> points, const SimplifyParams& para
     result.mean_curvature =
         counted == 0 ? 0 : ranked.curvature_sum.value() / static_cast<double>(counted);
 
-    std::vector<std::unique_ptr<RankedStream>> streams;
-    streams.push_back(std::make_unique<RunInMemory>(std::move(ranked.points)));
-    const MergeResult merged = merge(std::move(streams),
+    std::vector<RankedPart> parts(1);
+    parts[0].box = box;
+    parts[0].points = counted;
+    parts[0].runs.push_back(std::make_unique<RunInMemory>(std::move(ranked.points)));
+    const MergeResult merged = merge(std::move(parts),
                                      {.range = params.range,
                                       .mean_curvature = result.mean_curvature,
                                       .points = points.size(),

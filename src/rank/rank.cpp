@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <mutex>
+#include <span>
 #include <utility>
 
 #include "base/memory_gate.hpp"
@@ -22,14 +23,20 @@ namespace {
 constexpr std::uint64_t kOrderedBytes = sizeof(Vec3) + sizeof(PointId) + 1;
 constexpr std::uint64_t kBrickBytes = sizeof(Vec3) + sizeof(PointId);
 
-// Merge holds a block of every run at a time.
-std::size_t block_points_for(std::size_t runs, std::uint64_t budget_bytes) {
-    constexpr std::uint64_t kSmallest = 64;
-    constexpr std::uint64_t kLargest = 4096;
-    const std::uint64_t share =
-        budget_bytes / 8 / std::max<std::size_t>(runs, 1) / (2 * sizeof(RankedPoint));
-    return static_cast<std::size_t>(std::clamp(share, kSmallest, kLargest));
-}
+/// Stragglers of some consecutive bricks.
+struct StragglerGroup {
+    std::vector<Straggler> points;
+    std::vector<std::size_t> bricks;  // ascending
+    std::vector<std::size_t> begins;  // place of the first point of each
+
+    void add(std::size_t brick, const Straggler& point) {
+        if (bricks.empty() || bricks.back() != brick) {
+            bricks.push_back(brick);
+            begins.push_back(points.size());
+        }
+        points.push_back(point);
+    }
+};
 
 class Ranker {
   public:
@@ -80,7 +87,7 @@ class Ranker {
     }
 
     void rank_bricks(const FourierEstimator& estimator) {
-        result_.runs.resize(bricks_.size());
+        result_.bricks.resize(bricks_.size());
         straggler_runs_.resize(bricks_.size());
         parallel_tasks(bricks_.size(), [&](std::size_t i) {
             const BrickFile& file = bricks_[i];
@@ -89,7 +96,9 @@ class Ranker {
             const std::uint64_t merged = brick.merged;
             const RankedBrick ranked = rank_brick(std::move(brick), request_.curvature.neighbours,
                                                   estimator, file.brick.halo, table_.box());
-            result_.runs[i] = write_run(fmt::format("{:06}.run", i), ranked.points);
+            result_.bricks[i] = {{write_run(fmt::format("{:06}.run", i), ranked.points)},
+                                 file.core_box,
+                                 ranked.points.size()};
             if (!ranked.stragglers.empty()) {
                 straggler_runs_[i] = write_stragglers(i, ranked.stragglers);
             }
@@ -103,47 +112,56 @@ class Ranker {
         });
     }
 
-    // In groups that fit the budget; each group becomes a run of its own.
+    // In groups that fit the budget; what a brick has in a group becomes one more run of it.
     void settle_stragglers(const FourierEstimator& estimator) {
         const auto k = static_cast<std::size_t>(request_.curvature.neighbours);
         const std::uint64_t each =
             2 * k * sizeof(FoundNeighbour) + sizeof(Straggler) + sizeof(RankedPoint);
         const auto most =
             static_cast<std::size_t>(std::max<std::uint64_t>(request_.budget_bytes / 4 / each, 1));
-        const CoreAccess cores = core_access([&](std::size_t i) { return load_ranked_core(i); });
-        std::vector<Straggler> group;
-        const auto settle_group = [&] {
-            const std::vector<RankedPoint> ranked =
-                rank_stragglers(group, gather(group, k, cores), estimator);
-            for (const RankedPoint& point : ranked) {
-                curvature_sum_.add(point.key);
-            }
-            result_.points += ranked.size();
-            result_.runs.push_back(
-                write_run(fmt::format("{:06}.run", result_.runs.size()), ranked));
-            group.clear();
-        };
-        for (const auto& path : straggler_runs_) {
-            if (path.empty()) {
+        StragglerGroup group;
+        for (std::size_t brick = 0; brick < bricks_.size(); ++brick) {
+            if (straggler_runs_[brick].empty()) {
                 continue;
             }
-            RunReader reader(path, table_);
+            RunReader reader(straggler_runs_[brick], table_);
             for (std::vector<RankedPoint> block; reader.next(block);) {
                 for (const RankedPoint& point : block) {
-                    group.push_back({point.position, point.id, point.key});
-                    if (group.size() == most) {
-                        settle_group();
+                    group.add(brick, {point.position, point.id, point.key});
+                    if (group.points.size() == most) {
+                        settle_group(group, k, estimator);
+                        group = {};
                     }
                 }
             }
         }
-        if (!group.empty()) {
-            settle_group();
-        }
+        settle_group(group, k, estimator);
         for (const auto& path : straggler_runs_) {
             if (!path.empty()) {
                 remove(path);
             }
+        }
+    }
+
+    void settle_group(const StragglerGroup& group, std::size_t k,
+                      const FourierEstimator& estimator) {
+        const CoreAccess cores = core_access([&](std::size_t i) { return load_ranked_core(i); });
+        const auto found = gather(group.points, k, cores);
+        for (std::size_t i = 0; i < group.bricks.size(); ++i) {
+            const std::size_t begin = group.begins[i];
+            const std::size_t end =
+                i + 1 < group.begins.size() ? group.begins[i + 1] : group.points.size();
+            const std::vector<RankedPoint> ranked =
+                rank_stragglers(std::span(group.points).subspan(begin, end - begin),
+                                std::span(found).subspan(begin, end - begin), estimator);
+            for (const RankedPoint& point : ranked) {
+                curvature_sum_.add(point.key);
+            }
+            RankedFiles& brick = result_.bricks[group.bricks[i]];
+            brick.runs.push_back(
+                write_run(fmt::format("{:06}-{}.run", group.bricks[i], brick.runs.size()), ranked));
+            brick.points += ranked.size();
+            result_.points += ranked.size();
         }
     }
 
@@ -175,7 +193,7 @@ class Ranker {
         CorePoints core;
         core.positions.reserve(bricks_[i].core_points);
         core.ids.reserve(bricks_[i].core_points);
-        for (const auto& path : {result_.runs[i], straggler_runs_[i]}) {
+        for (const auto& path : {result_.bricks[i].runs.front(), straggler_runs_[i]}) {
             if (path.empty()) {
                 continue;
             }
@@ -193,11 +211,7 @@ class Ranker {
     std::filesystem::path write_run(const std::string& name,
                                     const std::vector<RankedPoint>& points) const {
         std::filesystem::path path = request_.folder / name;
-        RunWriter writer(path, table_, block_points_for(bricks_.size(), request_.budget_bytes));
-        for (const RankedPoint& point : points) {
-            writer.add(point);
-        }
-        request_.on_scratch(static_cast<std::int64_t>(writer.finish()));
+        request_.on_scratch(static_cast<std::int64_t>(knap::write_run(path, table_, points)));
         return path;
     }
 

@@ -19,10 +19,17 @@ struct RankRequest {
     std::function<void(std::int64_t)> on_scratch = [](std::int64_t) {};
 };
 
+/// One brick ranked.
+struct RankedFiles {
+    std::vector<std::filesystem::path> runs;  ///< one, and those of its stragglers
+    Box box;                                  ///< of its points, cloud units
+    std::uint64_t points = 0;                 ///< in the runs
+};
+
 /// The archive ranked.
 struct RankResult {
-    std::vector<std::filesystem::path> runs;  ///< together they hold every counted point once
-    std::uint64_t points = 0;                 ///< in the runs
+    std::vector<RankedFiles> bricks;  ///< together they hold every counted point once
+    std::uint64_t points = 0;         ///< in the runs
     std::uint64_t merged = 0;
     std::uint64_t stragglers = 0;
     double spacing = 0;         ///< mean distance to the nearest other point, cloud units

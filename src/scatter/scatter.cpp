@@ -138,6 +138,7 @@ std::vector<BrickFile> scatter(const SourceTable& table, const BrickPlan& plan, 
                                const std::function<void(std::uint64_t)>& advance) {
     Scatterer scatterer(table, plan, request);
     std::vector<Worker> workers;
+    workers.reserve(static_cast<std::size_t>(std::max(request.threads, 0)));
     for (int i = 0; i < request.threads; ++i) {
         workers.push_back({BrickMap::Reader(map), std::vector<Buffers>(plan.bricks.size())});
     }

@@ -87,6 +87,15 @@ std::uint64_t RunWriter::finish() {
     return file_.size();
 }
 
+std::uint64_t write_run(const std::filesystem::path& path, const SourceTable& table,
+                        std::span<const RankedPoint> points, std::size_t block_points) {
+    RunWriter writer(path, table, block_points);
+    for (const RankedPoint& point : points) {
+        writer.add(point);
+    }
+    return writer.finish();
+}
+
 RunReader::RunReader(std::filesystem::path path, const SourceTable& table)
     : path_(std::move(path)), table_(&table) {
     try {

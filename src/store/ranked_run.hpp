@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "base/checksum.hpp"
@@ -52,6 +53,19 @@ class RankedStream {
     virtual bool next(std::vector<RankedPoint>& points) = 0;
 };
 
+/// A run that never went to disk.
+class RunInMemory final : public RankedStream {
+  public:
+    explicit RunInMemory(std::vector<RankedPoint> points) : points_(std::move(points)) {}
+    bool next(std::vector<RankedPoint>& points) override {
+        points = std::exchange(points_, {});
+        return !points.empty();
+    }
+
+  private:
+    std::vector<RankedPoint> points_;
+};
+
 /// Writes a run; it exists only once finish() has returned.
 class RunWriter {
   public:
@@ -80,6 +94,17 @@ class RunWriter {
     std::vector<std::byte> positions_;
     std::vector<std::byte> ids_;
 };
+
+/// Points of a block where memory is no matter.
+constexpr std::size_t kMostBlockPoints = 4096;
+
+/// Writes a whole run.
+/// @param points  in the method's order
+/// @return size of the file
+/// @throws StorageError
+std::uint64_t write_run(const std::filesystem::path& path, const SourceTable& table,
+                        std::span<const RankedPoint> points,
+                        std::size_t block_points = kMostBlockPoints);
 
 /// Reads a run block by block. Holds no open file between blocks.
 class RunReader final : public RankedStream {
