@@ -88,6 +88,7 @@ TEST(BrickMap, KnowsNoBrickWhereNothingIs) {
     BrickMap::Reader reader(map);
     EXPECT_TRUE(reader.bricks_at({0, 0, 0}).empty()) << "the middle of a hollow sphere";
     EXPECT_TRUE(reader.bricks_at({1000, -1000, 5}).empty());
+    EXPECT_TRUE(reader.bricks_at({1e300, -1e300, 5}).empty()) << "no such voxel number";
 }
 
 TEST(BrickMap, OfNothingKnowsNoBrick) {

@@ -110,7 +110,7 @@ class Bars : public Follower {
   private:
     void clear() {
         if (drawn_) {
-            fmt::print(stderr, "\r\033[K");
+            std::fputs("\r\033[K", stderr);  // does not throw: the destructor comes here too
             std::fflush(stderr);
             drawn_ = false;
         }

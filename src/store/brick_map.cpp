@@ -1,5 +1,6 @@
 #include "store/brick_map.hpp"
 
+#include <algorithm>
 #include <openvdb/openvdb.h>
 
 #include <map>
@@ -84,9 +85,13 @@ BrickMap::Reader::Reader(Reader&&) noexcept = default;
 
 std::span<const std::uint32_t> BrickMap::Reader::bricks_at(const Vec3& point) {
     const Grid& grid = accessor_->grid;
-    const Coord at(static_cast<int>(voxel_index(point.x, grid.voxel_size)),
-                   static_cast<int>(voxel_index(point.y, grid.voxel_size)),
-                   static_cast<int>(voxel_index(point.z, grid.voxel_size)));
+    // A source that has changed may hold points that no survey saw, as far away as they like.
+    const auto index = [&](double coordinate) {
+        constexpr double kLimit = 0x1p31 - 1;
+        return static_cast<int>(
+            std::clamp(voxel_index(coordinate, grid.voxel_size), -kLimit, kLimit));
+    };
+    const Coord at(index(point.x), index(point.y), index(point.z));
     const std::int32_t list = accessor_->values.getValue(at);
     if (list < 0) {
         return {};
