@@ -8,6 +8,7 @@
 #include <random>
 
 #include "base/threads.hpp"
+#include "rank/brick_blocks.hpp"
 #include "support/clouds.hpp"
 #include "support/cut_cloud.hpp"
 #include "support/reference.hpp"
@@ -67,9 +68,8 @@ TEST(CurvaturePass, ABrickWithItsHaloEqualsTheWholeCloudBitForBit) {
                                                    1 + random() % 300, kHalos[round % 3]);
         std::map<PointId, Vec3> owners = by_id(distinct);
         for (const test::CutBrick& brick : cut.bricks) {
-            const RankedBrick ranked =
-                rank_brick(order_brick(brick.points, brick.brick.order_voxel), neighbours,
-                           estimator, brick.brick.halo, cut.box);
+            const RankedBrick ranked = rank_brick(block_brick(brick.points), neighbours, estimator,
+                                                  brick.brick.halo, cut.box);
             ASSERT_TRUE(in_order(ranked.points));
             std::vector<double> keys;
             for (const RankedPoint& point : ranked.points) {
@@ -100,9 +100,8 @@ TEST(CurvaturePass, BoundsOfStragglersHoldTheirTrueNeighboursFarthestFirst) {
                                                    1 + random() % 300, kHalos[round % 2]);
         constexpr int kNeighbours = 10;
         for (const test::CutBrick& brick : cut.bricks) {
-            const RankedBrick ranked =
-                rank_brick(order_brick(brick.points, brick.brick.order_voxel), kNeighbours,
-                           estimator, brick.brick.halo, cut.box);
+            const RankedBrick ranked = rank_brick(block_brick(brick.points), kNeighbours, estimator,
+                                                  brick.brick.halo, cut.box);
             double last = std::numeric_limits<double>::infinity();
             for (const Straggler& straggler : ranked.stragglers) {
                 ASSERT_LE(straggler.bound_squared, last);
@@ -126,8 +125,7 @@ TEST(CurvaturePass, ABrickThatSeesTheWholeArchiveHasNoStragglers) {
         const FourierEstimator estimator({}, random_spacing(random, points.box));
         for (const test::CutBrick& brick :
              test::cut_cloud(random, points, 200, test::Halo::kAll).bricks) {
-            EXPECT_TRUE(rank_brick(order_brick(brick.points, brick.brick.order_voxel), 30,
-                                   estimator, points.box, points.box)
+            EXPECT_TRUE(rank_brick(block_brick(brick.points), 30, estimator, points.box, points.box)
                             .stragglers.empty());
         }
     }

@@ -78,7 +78,6 @@ TEST(Plan, HoldsBricksToWhatWasAskedUnlessTheyAreOneVoxel) {
                 ASSERT_LE(brick.core_points, p.request.target_points);
                 ASSERT_LE(brick.core_points + brick.halo_points, p.request.most_points);
             }
-            ASSERT_GT(brick.order_voxel, 0);
         }
     }
 }
@@ -116,7 +115,6 @@ TEST(Plan, DoesNotDependOnTheOrderOfThePoints) {
             ASSERT_EQ(first.bricks[i].core, second.bricks[i].core);
             ASSERT_EQ(first.bricks[i].halo, second.bricks[i].halo);
             ASSERT_EQ(first.bricks[i].halo_points, second.bricks[i].halo_points);
-            ASSERT_EQ(first.bricks[i].order_voxel, second.bricks[i].order_voxel);
         }
     }
 }

@@ -7,7 +7,7 @@
 #include <random>
 
 #include "base/threads.hpp"
-#include "rank/ordered_brick.hpp"
+#include "rank/brick_blocks.hpp"
 #include "support/clouds.hpp"
 #include "support/cut_cloud.hpp"
 #include "support/reference.hpp"
@@ -28,7 +28,7 @@ Spacing spacing_of(const test::CutCloud& cut, const SpacingSample& sample) {
     CoreAccess cores;
     for (const test::CutBrick& brick : cut.bricks) {
         const BrickSpacing part =
-            brick_spacing(brick.points, sample, brick.brick.halo, cut.box, brick.brick.order_voxel);
+            brick_spacing(block_brick(brick.points), sample, brick.brick.halo, cut.box);
         total.sum.add(part.sum);
         total.count += part.count;
         total.stragglers.insert(total.stragglers.end(), part.stragglers.begin(),
@@ -39,8 +39,12 @@ Spacing spacing_of(const test::CutCloud& cut, const SpacingSample& sample) {
         BrickPoints core = cut.bricks[brick].points;
         core.positions.resize(core.core_count);
         core.ids.resize(core.core_count);
-        OrderedBrick merged = order_brick(std::move(core), cut.bricks[brick].brick.order_voxel);
-        return CorePoints{std::move(merged.positions), std::move(merged.ids)};
+        const PointBlocks merged = block_brick(std::move(core));
+        CorePoints points{{}, merged.ids};
+        for (std::size_t place = 0; place < merged.size(); ++place) {
+            points.positions.push_back(merged.position(place));
+        }
+        return points;
     };
     for (const auto& nearest : gather(total.stragglers, 1, cores)) {
         if (!nearest.empty()) {
@@ -98,8 +102,8 @@ TEST(Spacing, LeavesToTheExtraPassOnlyWhatItsHaloCannotSettle) {
             test::cut_cloud(random, points, 1 + random() % 300, test::Halo::kPlanned);
         for (const test::CutBrick& brick : cut.bricks) {
             const BrickSpacing part =
-                brick_spacing(brick.points, SpacingSample(points.ids.size()), brick.brick.halo,
-                              cut.box, brick.brick.order_voxel);
+                brick_spacing(block_brick(brick.points), SpacingSample(points.ids.size()),
+                              brick.brick.halo, cut.box);
             for (const Straggler& straggler : part.stragglers) {
                 const double certain =
                     certain_squared_distance(straggler.position, brick.brick.halo, cut.box);

@@ -1,8 +1,11 @@
 #pragma once
 
 #include <span>
+#include <vector>
 
 #include "curvature/fourier_series.hpp"
+#include "curvature/neighbourhoods.hpp"
+#include "curvature/principal_axes.hpp"
 #include "knap/geometry.hpp"
 #include "knap/params.hpp"
 
@@ -17,9 +20,20 @@ class FourierEstimator {
     ///                 0 (no two points) makes every curvature 0
     FourierEstimator(const CurvatureParams& params, double spacing) : series_(params, spacing) {}
 
-    /// |H| at the first point of a neighbourhood, 1 / cloud unit. Thread-safe.
-    /// @param neighbourhood  the point itself, then its neighbours by (distance, id); at most 256
-    /// @return               finite, >= 0; 0 for fewer than 4 points or without extent
+    /// Memory that is used again from call to call.
+    struct Work {
+        PrincipalAxes axes;
+        std::vector<double> curvatures;
+    };
+
+    /// |H| at the centres of neighbourhoods, 1 / cloud unit: finite, >= 0; 0 where a neighbourhood
+    /// has fewer than 4 points or no extent. Each depends on the set of its points only.
+    /// Thread-safe.
+    /// @return  in `work`
+    std::span<const double> mean_curvatures(const Neighbourhoods& neighbourhoods, Work& work) const;
+
+    /// The same at the first point of one neighbourhood.
+    /// @param neighbourhood  the point itself, then the others; at most 256
     double mean_curvature(std::span<const Vec3> neighbourhood) const;
 
   private:

@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cstddef>
-#include <span>
 
 #include "knap/params.hpp"
 
@@ -25,11 +24,8 @@ struct FourierSeries {
     FourierSeries(const CurvatureParams& params, double spacing);
 
     /// kappa = f'' / (1 + f'^2)^(3/2) at the origin, 1 / cloud unit.
-    /// @param along   coordinates of the points along the axis, the point itself first
-    /// @param across  across it, on the surface
-    /// @param z       along the normal; all three of the same size, at most kMostNeighbourhood
-    double curvature(std::span<const double> along, std::span<const double> across,
-                     std::span<const double> z) const;
+    /// @param g  heights at the samples, cloud units
+    double curvature(const std::array<double, kMostSamples>& g) const;
 };
 
 }  // namespace knap

@@ -8,17 +8,14 @@
 #include "base/extent.hpp"
 #include "base/threads.hpp"
 #include "merge/merge.hpp"
-#include "plan/plan.hpp"
+#include "rank/brick_blocks.hpp"
 #include "rank/curvature_pass.hpp"
 #include "rank/spacing.hpp"
-#include "store/occupancy.hpp"
 
 namespace knap {
 
 namespace {
 
-constexpr std::uint64_t kGridBytes = std::uint64_t{64} << 20;
-constexpr double kFirstVoxels = 512;
 constexpr std::uint64_t kNoLimit = std::numeric_limits<std::uint64_t>::max();
 
 // All finite points as one brick.
@@ -35,21 +32,6 @@ BrickPoints whole_cloud(std::span<const Vec3> points, Box& box) {
     }
     brick.core_count = brick.ids.size();
     return brick;
-}
-
-double order_voxel(const BrickPoints& cloud, const Box& box) {
-    const Vec3 size = box.size();
-    const double longest = std::max({size.x, size.y, size.z});
-    if (!(longest > 0)) {
-        return 1;
-    }
-    Occupancy occupancy(longest / kFirstVoxels, kGridBytes);
-    for (const Vec3& p : cloud.positions) {
-        occupancy.add(p);
-    }
-    const PlanRequest one_brick{
-        .neighbours = 1, .target_points = kNoLimit, .most_points = kNoLimit};
-    return plan_bricks(occupancy, box, one_brick).bricks.front().order_voxel;
 }
 
 }  // namespace
@@ -71,17 +53,15 @@ SimplifyResult simplify(std::span<const Vec3> points, const SimplifyParams& para
     result.counts.in = points.size();
     result.counts.rejected = points.size() - cloud.ids.size();
 
-    const double voxel = order_voxel(cloud, box);
     const SpacingSample sample(cloud.ids.size());
-    const BrickSpacing spacing = brick_spacing(cloud, sample, box, box, voxel);
+    const PointBlocks brick = block_brick(std::move(cloud));
+    const BrickSpacing spacing = brick_spacing(brick, sample, box, box);
     result.spacing =
         spacing.count == 0 ? 0 : spacing.sum.value() / static_cast<double>(spacing.count);
 
-    OrderedBrick brick = order_brick(std::move(cloud), voxel);
     result.counts.merged = brick.merged;
     const FourierEstimator estimator(params.curvature, result.spacing);
-    RankedBrick ranked =
-        rank_brick(std::move(brick), params.curvature.neighbours, estimator, box, box);
+    RankedBrick ranked = rank_brick(brick, params.curvature.neighbours, estimator, box, box);
     const std::uint64_t counted = ranked.points.size();
     result.mean_curvature =
         counted == 0 ? 0 : ranked.curvature_sum.value() / static_cast<double>(counted);

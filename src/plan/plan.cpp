@@ -22,8 +22,6 @@ constexpr int kWidestRing = 8;
 constexpr double kReachMargin = 1.5;
 // Faces among which the one that halves a brick is chosen.
 constexpr std::int64_t kMostBins = 4096;
-// Points that share a voxel of the grid in which a brick is ordered.
-constexpr double kPointsPerOrderVoxel = 6;
 
 VoxelBox bounds_of(std::span<const Voxel> voxels) {
     VoxelBox box{voxels.front().at, voxels.front().at};
@@ -187,8 +185,6 @@ class Planner {
             }
             width /= 2;
         }
-        const double per_voxel = static_cast<double>(points) / static_cast<double>(voxels.size());
-        brick.order_voxel = edge * std::sqrt(kPointsPerOrderVoxel / per_voxel);
         return brick;
     }
 

@@ -1,7 +1,6 @@
 #include "rank/curvature_pass.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <mutex>
@@ -9,15 +8,15 @@
 #include <utility>
 
 #include "base/threads.hpp"
-#include "curvature/neighbour_search.hpp"
+#include "curvature/block_search.hpp"
 
 namespace knap {
 
 namespace {
 
-constexpr std::size_t kGrain = 512;
-// Far above the rounding of a few additions and square roots.
-constexpr double kRoundingMargin = 1 + 1e-9;
+// Blocks that a thread takes at a time, and stragglers.
+constexpr std::size_t kGrainBlocks = 64;
+constexpr std::size_t kGrainStragglers = 64;
 
 // A place in the order and where the point is; small, because sorting moves it about.
 struct Place {
@@ -31,42 +30,31 @@ struct Pass {
     std::vector<Straggler> stragglers;
 };
 
-Pass compute(const OrderedBrick& brick, std::size_t k, const FourierEstimator& estimator,
+Pass compute(const PointBlocks& brick, std::size_t k, const FourierEstimator& estimator,
              const Box& halo, const Box& archive) {
-    const NeighbourSearch search(brick.positions, brick.ids);
     Pass pass;
-    pass.curvature.resize(brick.ids.size(), std::numeric_limits<double>::quiet_NaN());
+    pass.curvature.resize(brick.size(), std::numeric_limits<double>::quiet_NaN());
     std::mutex mutex;
-    parallel_for(brick.ids.size(), kGrain, [&](std::size_t first, std::size_t last) {
-        std::vector<Neighbour> nearest;
+    parallel_for(brick.blocks.size(), kGrainBlocks, [&](std::size_t first, std::size_t last) {
+        BlockSearch search(brick, brick.is_core, k);
+        FourierEstimator::Work work;
         std::vector<Straggler> stragglers;
-        std::array<Vec3, kMostNeighbourhood> neighbourhood;
-        Vec3 previous;
-        double previous_reach = std::numeric_limits<double>::infinity();
-        for (std::size_t i = first; i < last; ++i) {
-            if (brick.is_core[i] == 0) {
-                continue;
+        for (std::size_t block = first; block < last; ++block) {
+            const Neighbourhoods& found = search.around(block);
+            const std::span<const double> curvatures = estimator.mean_curvatures(found, work);
+            for (std::size_t i = 0; i < found.count; ++i) {
+                const std::uint32_t place = found.centres[i];
+                const Vec3 p = brick.position(place);
+                const double certain = certain_squared_distance(p, halo, archive);
+                const double reach = found.squared_reaches[i];
+                // With fewer than K others in reach of an unbounded halo, there are no more
+                // anywhere.
+                if (reach < certain || certain == std::numeric_limits<double>::infinity()) {
+                    pass.curvature[place] = curvatures[i];
+                } else {
+                    stragglers.push_back({p, brick.ids[place], reach});
+                }
             }
-            const Vec3& p = brick.positions[i];
-            // The K neighbours of the point before, and that point, are within this distance.
-            const double known = previous_reach + std::sqrt(squared_distance(p, previous));
-            search.nearest(p, brick.ids[i], k, nearest, known * known * kRoundingMargin);
-            const double certain = certain_squared_distance(p, halo, archive);
-            const double reach = nearest.size() == k ? nearest.back().squared_distance
-                                                     : std::numeric_limits<double>::infinity();
-            previous = p;
-            previous_reach = std::sqrt(reach);
-            // With fewer than K others in reach of an unbounded halo, there are no more anywhere.
-            if (!(reach < certain) && certain != std::numeric_limits<double>::infinity()) {
-                stragglers.push_back({p, brick.ids[i], reach});
-                continue;
-            }
-            neighbourhood[0] = p;
-            for (std::size_t n = 0; n < nearest.size(); ++n) {
-                neighbourhood[n + 1] = brick.positions[nearest[n].index];
-            }
-            pass.curvature[i] =
-                estimator.mean_curvature(std::span(neighbourhood).first(nearest.size() + 1));
         }
         const std::scoped_lock lock(mutex);
         pass.stragglers.insert(pass.stragglers.end(), stragglers.begin(), stragglers.end());
@@ -76,7 +64,7 @@ Pass compute(const OrderedBrick& brick, std::size_t k, const FourierEstimator& e
 
 }  // namespace
 
-RankedBrick rank_brick(OrderedBrick brick, int neighbours, const FourierEstimator& estimator,
+RankedBrick rank_brick(const PointBlocks& brick, int neighbours, const FourierEstimator& estimator,
                        const Box& halo, const Box& archive) {
     Pass pass = compute(brick, static_cast<std::size_t>(neighbours), estimator, halo, archive);
     RankedBrick ranked;
@@ -93,7 +81,7 @@ RankedBrick rank_brick(OrderedBrick brick, int neighbours, const FourierEstimato
     });
     ranked.points.reserve(places.size());
     for (const Place& place : places) {
-        ranked.points.push_back({place.key, brick.ids[place.index], brick.positions[place.index]});
+        ranked.points.push_back({place.key, brick.ids[place.index], brick.position(place.index)});
     }
     ranked.stragglers = std::move(pass.stragglers);
     std::sort(ranked.stragglers.begin(), ranked.stragglers.end(),
@@ -108,7 +96,7 @@ std::vector<RankedPoint> rank_stragglers(std::span<const Straggler> stragglers,
                                          std::span<const std::vector<FoundNeighbour>> neighbours,
                                          const FourierEstimator& estimator) {
     std::vector<RankedPoint> ranked(stragglers.size());
-    parallel_for(stragglers.size(), kGrain, [&](std::size_t first, std::size_t last) {
+    parallel_for(stragglers.size(), kGrainStragglers, [&](std::size_t first, std::size_t last) {
         std::vector<Vec3> neighbourhood;
         for (std::size_t i = first; i < last; ++i) {
             neighbourhood.assign(1, stragglers[i].position);

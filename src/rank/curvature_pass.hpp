@@ -5,8 +5,8 @@
 
 #include "base/exact_sum.hpp"
 #include "curvature/fourier.hpp"
+#include "curvature/point_blocks.hpp"
 #include "rank/gather.hpp"
-#include "rank/ordered_brick.hpp"
 #include "store/ranked_run.hpp"
 
 namespace knap {
@@ -22,7 +22,7 @@ struct RankedBrick {
 /// in the method's order.
 /// @param halo     the brick holds every point of the archive in this box
 /// @param archive  box of all points
-RankedBrick rank_brick(OrderedBrick brick, int neighbours, const FourierEstimator& estimator,
+RankedBrick rank_brick(const PointBlocks& brick, int neighbours, const FourierEstimator& estimator,
                        const Box& halo, const Box& archive);
 
 /// Mean curvature at stragglers, whose neighbours were gathered; in the method's order.

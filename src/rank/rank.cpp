@@ -11,17 +11,14 @@
 #include "base/memory_gate.hpp"
 #include "base/threads.hpp"
 #include "knap/error.hpp"
+#include "rank/brick_blocks.hpp"
 #include "rank/curvature_pass.hpp"
-#include "rank/point_grid.hpp"
 #include "rank/spacing.hpp"
 #include "store/ranked_run.hpp"
 
 namespace knap {
 
 namespace {
-
-constexpr std::uint64_t kOrderedBytes = sizeof(Vec3) + sizeof(PointId) + 1;
-constexpr std::uint64_t kBrickBytes = sizeof(Vec3) + sizeof(PointId);
 
 /// Stragglers of some consecutive bricks.
 struct StragglerGroup {
@@ -65,8 +62,8 @@ class Ranker {
         parallel_tasks(bricks_.size(), [&](std::size_t i) {
             const BrickFile& file = bricks_[i];
             const auto ticket = admit(file);
-            const BrickSpacing part = brick_spacing(read_whole(file), sample, file.brick.halo,
-                                                    table_.box(), file.brick.order_voxel);
+            const BrickSpacing part =
+                brick_spacing(block_brick(read_whole(file)), sample, file.brick.halo, table_.box());
             const std::scoped_lock lock(mutex_);
             total.sum.add(part.sum);
             total.count += part.count;
@@ -74,8 +71,13 @@ class Ranker {
                                     part.stragglers.end());
         });
         const CoreAccess cores = core_access([&](std::size_t i) {
-            OrderedBrick core = order_brick(read_core(bricks_[i]), bricks_[i].brick.order_voxel);
-            return CorePoints{std::move(core.positions), std::move(core.ids)};
+            const PointBlocks core = block_brick(read_core(bricks_[i]));
+            CorePoints points{{}, core.ids};
+            points.positions.reserve(core.size());
+            for (std::size_t place = 0; place < core.size(); ++place) {
+                points.positions.push_back(core.position(place));
+            }
+            return points;
         });
         for (const auto& neighbours : gather(total.stragglers, 1, cores)) {
             if (!neighbours.empty()) {
@@ -92,10 +94,9 @@ class Ranker {
         parallel_tasks(bricks_.size(), [&](std::size_t i) {
             const BrickFile& file = bricks_[i];
             const auto ticket = admit(file);
-            OrderedBrick brick = order_brick(read_whole(file), file.brick.order_voxel);
-            const std::uint64_t merged = brick.merged;
-            const RankedBrick ranked = rank_brick(std::move(brick), request_.curvature.neighbours,
-                                                  estimator, file.brick.halo, table_.box());
+            const PointBlocks brick = block_brick(read_whole(file));
+            const RankedBrick ranked = rank_brick(brick, request_.curvature.neighbours, estimator,
+                                                  file.brick.halo, table_.box());
             result_.bricks[i] = {{write_run(fmt::format("{:06}.run", i), ranked.points)},
                                  file.core_box,
                                  ranked.points.size()};
@@ -106,7 +107,7 @@ class Ranker {
             remove(file.path);
             curvature_sum_.add(ranked.curvature_sum);
             result_.points += ranked.points.size();
-            result_.merged += merged;
+            result_.merged += brick.merged;
             result_.stragglers += ranked.stragglers.size();
             advance_(file.core_points);
         });
@@ -258,10 +259,11 @@ class Ranker {
 }  // namespace
 
 std::uint64_t rank_bytes_per_point() {
-    // While the tree stands: the ordered brick, the tree, and a curvature each. Reading and
-    // ordering takes less: the brick twice and the voxels.
-    return std::max(kOrderedBytes + NeighbourSearch::kBytesPerPoint + sizeof(double),
-                    2 * kBrickBytes + PointGrid::kBytesPerPoint);
+    // The blocks, a curvature, a place in the order and a ranked point each; before that, making
+    // the blocks.
+    return std::max<std::uint64_t>(
+        PointBlocks::kBytesPerPoint + 2 * sizeof(double) + sizeof(double) + sizeof(RankedPoint),
+        PointBlocks::kMakingBytesPerPoint);
 }
 
 RankResult rank(const SourceTable& table, const std::vector<BrickFile>& bricks,

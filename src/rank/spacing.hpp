@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "base/exact_sum.hpp"
+#include "curvature/point_blocks.hpp"
 #include "rank/gather.hpp"
-#include "store/brick_file.hpp"
 
 namespace knap {
 
@@ -31,9 +31,9 @@ struct BrickSpacing {
 };
 
 /// Distances from the sampled core points of a brick to their nearest other points.
-/// @param brick        as read: coincident points not yet merged
-/// @param order_voxel  edge of the voxels to search by, > 0, cloud units
-BrickSpacing brick_spacing(const BrickPoints& brick, const SpacingSample& sample, const Box& halo,
-                           const Box& archive, double order_voxel);
+/// @param halo     the brick holds every point of the archive in this box
+/// @param archive  box of all points
+BrickSpacing brick_spacing(const PointBlocks& brick, const SpacingSample& sample, const Box& halo,
+                           const Box& archive);
 
 }  // namespace knap

@@ -1,8 +1,8 @@
 #include "store/brick_map.hpp"
 
-#include <algorithm>
 #include <openvdb/openvdb.h>
 
+#include <algorithm>
 #include <map>
 #include <optional>
 

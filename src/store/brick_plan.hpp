@@ -15,7 +15,6 @@ struct Brick {
     Box halo;                       ///< it also carries every point in this box, cloud units
     std::uint64_t core_points = 0;  ///< counted in the survey
     std::uint64_t halo_points = 0;  ///< estimated from the occupancy
-    double order_voxel = 0;         ///< voxel edge at which a few points share a voxel, cloud units
 };
 
 /// Voxels that the core or the halo of a brick touches. Whoever lies in the halo lies in one of

@@ -235,10 +235,8 @@ Manifest parse_manifest(std::string_view text, const std::filesystem::path& file
 Manifest read_manifest(const std::filesystem::path& folder) {
     const std::filesystem::path file = folder / kManifestName;
     if (std::filesystem::is_directory(folder) && !std::filesystem::exists(file)) {
-        throw InputError(
-            fmt::format("{}: expected an archive, found a folder without {} (it is written last: "
-                        "the job that made the folder may not have ended)",
-                        folder.string(), kManifestName));
+        throw InputError(fmt::format("{}: expected an archive, found a folder without {}",
+                                     folder.string(), kManifestName));
     }
     return parse_manifest(read_text_file(file), file);
 }
