@@ -1,11 +1,9 @@
 #include "curvature/block_search.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
-#include <queue>
-#include <tuple>
-#include <utility>
+
+#include "curvature/block_search_work.hpp"
 
 // Highway compiles this file once for every set of instructions and picks one at run time.
 #undef HWY_TARGET_INCLUDE
@@ -13,49 +11,11 @@
 #include <hwy/foreach_target.h>  // IWYU pragma: keep
 #include <hwy/highway.h>
 
-#ifndef KNAP_BLOCK_SEARCH_ONCE
-#define KNAP_BLOCK_SEARCH_ONCE
-
-namespace knap {
-
-/// Points near the block in work, and distances from the point in work.
-struct BlockSearch::Work {
-    Work(const PointBlocks& searched, std::span<const std::uint8_t> asked, std::size_t neighbours)
-        : points(searched),
-          centres(asked),
-          k(neighbours),
-          wanted(std::min(neighbours + 1, searched.size())) {}
-
-    const PointBlocks& points;
-    std::span<const std::uint8_t> centres;
-    std::size_t k;
-    std::size_t wanted;  // points of a neighbourhood, with its centre
-
-    std::size_t candidates = 0;
-    std::vector<double> x;
-    std::vector<double> y;
-    std::vector<double> z;
-    std::vector<std::uint64_t> places;
-    std::vector<double> near;          // squared distances under a threshold
-    std::vector<std::uint64_t> which;  // and which candidates they are of
-    double reach = 0;  // squared; within it neighbourhoods of the block before were found
-    Neighbourhoods found;
-
-    /// Room for so many candidates, and to write a vector past them.
-    void reserve(std::size_t count) {
-        constexpr std::size_t kPadding = PointBlocks::kPadding;
-        if (x.size() < count + kPadding) {
-            const std::size_t size = 2 * count + kPadding;
-            for (std::vector<double>* values : {&x, &y, &z, &near}) {
-                values->resize(size);
-            }
-            places.resize(size);
-            which.resize(size);
-        }
-    }
-};
-
+HWY_BEFORE_NAMESPACE();
+namespace knap::HWY_NAMESPACE {
 namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
 
 constexpr double kNowhere = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kAnyNumber = std::numeric_limits<std::size_t>::max();
@@ -68,77 +28,6 @@ constexpr double kNextMargin = 1.25;
 constexpr double kGrowth = 1.7;
 // A threshold that separates the wanted from the others is found in three steps, seldom in ten.
 constexpr int kMostSteps = 12;
-
-// The square of a distance from any point of one box to any of the other that none exceeds, by the
-// arithmetic of squared_distance().
-double squared_span(const Box& a, const Box& b) {
-    const auto span = [](double a_min, double a_max, double b_min, double b_max) {
-        return std::max(b_max - a_min, a_max - b_min);
-    };
-    const double x = span(a.min.x, a.max.x, b.min.x, b.max.x);
-    const double y = span(a.min.y, a.max.y, b.min.y, b.max.y);
-    const double z = span(a.min.z, a.max.z, b.min.z, b.max.z);
-    return x * x + y * y + z * z;
-}
-
-// A squared distance within which every point of the box has as many points as wanted: the nearest
-// blocks that hold so many, measured to their far corners.
-double sufficient_reach(const BlockSearch::Work& work, const Box& box) {
-    using Entry = std::pair<double, std::uint32_t>;
-    std::priority_queue<Entry, std::vector<Entry>, std::greater<>> nearest;
-    nearest.push({0, 0});
-    std::size_t count = 0;
-    double reach = 0;
-    while (count < work.wanted && !nearest.empty()) {
-        const std::uint32_t at = nearest.top().second;
-        nearest.pop();
-        const PointBlocks::Node& node = work.points.nodes[at];
-        if (node.right == 0) {
-            count += node.end - node.begin;
-            reach = std::max(reach, squared_span(box, node.box));
-            continue;
-        }
-        for (const std::uint32_t child : {at + 1, at + node.right}) {
-            nearest.push({squared_gap(box, work.points.nodes[child].box), child});
-        }
-    }
-    return reach;
-}
-
-// Where equal distances straddle the last place, the lowest ids win; the centre comes before all.
-void settle_ties(BlockSearch::Work& work, std::size_t centre, std::size_t near) {
-    struct Tied {
-        double squared;
-        bool other;
-        PointId id;
-        std::uint64_t which;
-        bool operator<(const Tied& b) const {
-            return std::tie(squared, other, id) < std::tie(b.squared, b.other, b.id);
-        }
-    };
-    std::vector<Tied> all;
-    for (std::size_t i = 0; i < near; ++i) {
-        const std::uint64_t place = work.places[work.which[i]];
-        all.push_back({work.near[i], place != centre, work.points.ids[place], work.which[i]});
-    }
-    const auto last = all.begin() + static_cast<std::ptrdiff_t>(work.wanted);
-    std::partial_sort(all.begin(), last, all.end());
-    for (std::size_t i = 0; i < work.wanted; ++i) {
-        work.near[i] = all[i].squared;
-        work.which[i] = all[i].which;
-    }
-}
-
-}  // namespace
-}  // namespace knap
-
-#endif
-
-HWY_BEFORE_NAMESPACE();
-namespace knap::HWY_NAMESPACE {
-namespace {
-
-namespace hn = hwy::HWY_NAMESPACE;
 
 const hn::ScalableTag<double> kDoubles;
 const hn::ScalableTag<std::uint64_t> kPlaces;
@@ -160,7 +49,7 @@ HWY_INLINE Doubles outside(Doubles value, double min, double max) {
 
 // Gathers all points whose squared distance to the box is not above `reach`. False if they are
 // more than `most`: then only some are gathered.
-HWY_ATTR bool gather_candidates(BlockSearch::Work& work, const Box& box, double reach,
+HWY_ATTR bool gather_candidates(BlockSearchWork& work, const Box& box, double reach,
                                 std::size_t most) {
     const std::size_t lanes = hn::Lanes(kDoubles);
     const PointBlocks& points = work.points;
@@ -207,7 +96,7 @@ HWY_ATTR bool gather_candidates(BlockSearch::Work& work, const Box& box, double 
 }
 
 // Keeps the candidates whose squared distance to p is not above `threshold`; returns how many.
-HWY_ATTR std::size_t keep_near(BlockSearch::Work& work, const Vec3& p, double threshold) {
+HWY_ATTR std::size_t keep_near(BlockSearchWork& work, const Vec3& p, double threshold) {
     const std::size_t lanes = hn::Lanes(kDoubles);
     const Doubles x = hn::Set(kDoubles, p.x);
     const Doubles y = hn::Set(kDoubles, p.y);
@@ -228,8 +117,7 @@ HWY_ATTR std::size_t keep_near(BlockSearch::Work& work, const Vec3& p, double th
     return count;
 }
 
-HWY_ATTR std::size_t count_within(const BlockSearch::Work& work, std::size_t near,
-                                  double threshold) {
+HWY_ATTR std::size_t count_within(const BlockSearchWork& work, std::size_t near, double threshold) {
     const Doubles limit = hn::Set(kDoubles, threshold);
     std::size_t count = 0;
     for (std::size_t i = 0; i < near; i += hn::Lanes(kDoubles)) {
@@ -238,7 +126,7 @@ HWY_ATTR std::size_t count_within(const BlockSearch::Work& work, std::size_t nea
     return count;
 }
 
-HWY_ATTR void drop_beyond(BlockSearch::Work& work, std::size_t near, double threshold) {
+HWY_ATTR void drop_beyond(BlockSearchWork& work, std::size_t near, double threshold) {
     const Doubles limit = hn::Set(kDoubles, threshold);
     std::size_t count = 0;
     for (std::size_t i = 0; i < near; i += hn::Lanes(kDoubles)) {
@@ -252,7 +140,7 @@ HWY_ATTR void drop_beyond(BlockSearch::Work& work, std::size_t near, double thre
 }
 
 // Writes the first `wanted` of what is near as neighbourhood number `at`.
-HWY_ATTR void write_neighbourhood(BlockSearch::Work& work, std::size_t at, std::size_t centre) {
+HWY_ATTR void write_neighbourhood(BlockSearchWork& work, std::size_t at, std::size_t centre) {
     Neighbourhoods& found = work.found;
     const Vec3 p = work.points.position(centre);
     const std::size_t begin = at * found.stride;
@@ -280,7 +168,7 @@ HWY_ATTR void write_neighbourhood(BlockSearch::Work& work, std::size_t at, std::
 }
 
 // Reduces what is near, `count` points within `threshold`, to the wanted nearest ones.
-void select(BlockSearch::Work& work, std::size_t centre, std::size_t count, double threshold) {
+void select(BlockSearchWork& work, std::size_t centre, std::size_t count, double threshold) {
     const auto wanted = static_cast<double>(work.wanted);
     double low = 0;
     double high = threshold;
@@ -310,7 +198,7 @@ void select(BlockSearch::Work& work, std::size_t centre, std::size_t count, doub
 /// Searches the neighbourhoods of some points that lie in a box.
 class Search {
   public:
-    Search(BlockSearch::Work& work, const Box& box)
+    Search(BlockSearchWork& work, const Box& box)
         : work_(work),
           box_(box),
           most_(kMostCandidates * work.wanted),
@@ -360,7 +248,7 @@ class Search {
         return sufficient_;
     }
 
-    BlockSearch::Work& work_;
+    BlockSearchWork& work_;
     Box box_;
     std::size_t most_;
     double reach_;  // squared; all points within it of the box are candidates
@@ -371,7 +259,7 @@ class Search {
 
 }  // namespace
 
-void search_block(BlockSearch::Work& work, std::size_t block) {
+void search_block(BlockSearchWork& work, std::size_t block) {
     const PointBlocks::Node& node = work.points.nodes[work.points.blocks[block]];
     const auto asked = work.centres.subspan(node.begin, node.end - node.begin);
     if (std::find(asked.begin(), asked.end(), 1) == asked.end()) {
@@ -406,7 +294,7 @@ HWY_EXPORT(search_block);
 
 BlockSearch::BlockSearch(const PointBlocks& points, std::span<const std::uint8_t> centres,
                          std::size_t k)
-    : work_(std::make_unique<Work>(points, centres, k)) {}
+    : work_(std::make_unique<BlockSearchWork>(points, centres, k)) {}
 
 BlockSearch::~BlockSearch() = default;
 

@@ -9,6 +9,8 @@
 
 namespace knap {
 
+struct BlockSearchWork;
+
 /// Exact nearest neighbours of all points of a block at once.
 ///
 /// The points around a block are gathered once; for each of its points all distances are computed
@@ -30,10 +32,8 @@ class BlockSearch {
     /// follow each other are searched best by one object in turn.
     const Neighbourhoods& around(std::size_t block);
 
-    struct Work;  ///< of src/curvature/block_search.cpp
-
   private:
-    std::unique_ptr<Work> work_;
+    std::unique_ptr<BlockSearchWork> work_;
 };
 
 }  // namespace knap
