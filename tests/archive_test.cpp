@@ -14,12 +14,12 @@
 #include <vector>
 
 #include "base/file.hpp"
-#include "base/scratch.hpp"
 #include "emit/decode.hpp"
 #include "emit/emit.hpp"
 #include "emit/ply_writer.hpp"
 #include "knap/error.hpp"
 #include "store/manifest.hpp"
+#include "support/clouds.hpp"
 
 namespace knap {
 namespace {
@@ -132,7 +132,7 @@ class Emit : public testing::Test {
         return points;
     }
 
-    ScratchFolder scratch_{fs::temp_directory_path()};
+    test::TemporaryFolder scratch_;
     fs::path folder_ = scratch_.path();
     std::vector<Vec3> points_;
     std::vector<Vec3> kept_;

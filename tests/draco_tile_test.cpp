@@ -14,9 +14,9 @@
 #include <vector>
 
 #include "base/file.hpp"
-#include "base/scratch.hpp"
 #include "emit/tiles.hpp"
 #include "knap/error.hpp"
+#include "support/clouds.hpp"
 
 namespace knap {
 namespace {
@@ -157,7 +157,7 @@ TEST(DracoTile, TheDecoderOfDracoFindsTheSamePositions) {
     if (std::system("command -v draco_decoder > /dev/null") != 0) {
         GTEST_SKIP() << "draco_decoder is not installed";
     }
-    const ScratchFolder scratch(std::filesystem::temp_directory_path());
+    const test::TemporaryFolder scratch;
     std::mt19937_64 random(5);
     for (const double step : {0.01, 0.00025, 0x1p-20, 0.3}) {
         const Lattice lattice{{500000, 4000000, 0}, step};

@@ -9,8 +9,8 @@
 #include <random>
 #include <string>
 
-#include "base/scratch.hpp"
 #include "knap/error.hpp"
+#include "support/clouds.hpp"
 
 namespace knap {
 namespace {
@@ -199,7 +199,7 @@ TEST(Manifest, OtherTextIsNoManifest) {
 }
 
 TEST(Manifest, AFolderWithoutOneIsAnErrorNamingTheFile) {
-    const ScratchFolder scratch(std::filesystem::temp_directory_path());
+    const test::TemporaryFolder scratch;
     EXPECT_THAT([&] { read_manifest(scratch.path()); },
                 ThrowsMessage<InputError>(HasSubstr("manifest.json")));
     write_manifest(scratch.path(), usual_manifest());

@@ -227,11 +227,13 @@ TEST(Merge, SettlesMostOfABrickWithoutTheOthers) {
         MergeRequest request = request_for(ranked, range);
         std::atomic<std::size_t> open = 0;
         std::vector<int> settled(slabs);
-        request.spill = [&](std::size_t part, std::vector<RankedPoint> points) {
+        request.on_settled = [&](std::size_t part, std::span<const PointId> kept,
+                                 std::vector<RankedPoint> points) {
             open += points.size();
-            return hold_in_memory(part, std::move(points));
+            ++settled[part];
+            EXPECT_TRUE(std::is_sorted(kept.begin(), kept.end()));
+            return hold_in_memory(part, kept, std::move(points));
         };
-        request.on_settled = [&](std::size_t part) { ++settled[part]; };
         const MergeResult merged =
             merge(split_into_slabs(random, ranked.ordered, ranked.box, slabs), request,
                   [](std::uint64_t) {});

@@ -10,10 +10,10 @@
 #include <vector>
 
 #include "base/file.hpp"
-#include "base/scratch.hpp"
 #include "emit/emit.hpp"
 #include "emit/output_folder.hpp"
 #include "knap/error.hpp"
+#include "support/clouds.hpp"
 
 namespace knap {
 namespace {
@@ -39,7 +39,7 @@ class Output : public testing::Test {
         write_text_file(folder / "tiles" / "000000.drc", "DRACO");
     }
 
-    ScratchFolder scratch_{fs::temp_directory_path()};
+    test::TemporaryFolder scratch_;
     fs::path folder_ = scratch_.path();
 };
 

@@ -8,15 +8,15 @@
 #include <string>
 #include <vector>
 
-#include "base/scratch.hpp"
 #include "knap/error.hpp"
+#include "support/clouds.hpp"
 
 namespace knap {
 namespace {
 
 class PlyWriterFile : public testing::Test {
   protected:
-    ScratchFolder scratch_{std::filesystem::temp_directory_path()};
+    test::TemporaryFolder scratch_;
     std::filesystem::path path_ = scratch_.path() / "cloud.ply";
 };
 

@@ -6,6 +6,7 @@
 #include "knap/archive.hpp"
 #include "knap/error.hpp"
 #include "knap/job.hpp"
+#include "support/archive_bytes.hpp"
 #include "support/clouds.hpp"
 #include "support/random_params.hpp"
 #include "support/reference.hpp"
@@ -32,21 +33,6 @@ Job job_for(const test::TemporaryFolder& folder, const std::string& input,
     job.resources.memory_bytes = std::uint64_t{512} << 20;
     job.resources.threads = params.threads;
     return job;
-}
-
-std::string archive_bytes(const std::filesystem::path& folder) {
-    std::vector<std::filesystem::path> files;
-    for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
-        if (entry.is_regular_file()) {
-            files.push_back(entry.path());
-        }
-    }
-    std::sort(files.begin(), files.end());
-    std::string all;
-    for (const auto& file : files) {
-        all += std::filesystem::relative(file, folder).string() + "\n" + test::read_bytes(file);
-    }
-    return all;
 }
 
 TEST(Run, EqualsTheBruteForceReferenceForAnyBrickSize) {
@@ -109,7 +95,7 @@ TEST(Run, WritesTheSameBytesForAnyBricksThreadsAndMemory) {
                                  .brick_points = brick_points};
                 const Report report = run_silently(job);
                 EXPECT_GT(report.tiles, 3U);
-                const std::string bytes = archive_bytes(job.output.path);
+                const std::string bytes = test::archive_bytes(job.output.path);
                 if (expected.empty()) {
                     expected = bytes;
                 }
@@ -164,24 +150,6 @@ TEST(Run, AFailedJobLeavesNothingBehind) {
     SimplifyParams params;
     params.range.alpha = 0.05;
     EXPECT_THROW(run_silently(job_for(folder, "in.ply", params)), InputError);
-    const auto files = std::distance(std::filesystem::directory_iterator(folder.path()), {});
-    EXPECT_EQ(files, 1) << "only the input is left";
-}
-
-TEST(Run, AnObserverThatThrowsStopsTheJobAndLeavesNothingBehind) {
-    class Stopper final : public Progress {
-        void begin(std::string_view stage, std::uint64_t) override {
-            if (stage == "merge") {
-                throw Interrupted("stopped");
-            }
-        }
-    };
-    const test::TemporaryFolder folder;
-    test::write_ply(folder / "in.ply", test::sphere_cloud(3000, 5));
-    SimplifyParams params;
-    params.range.alpha = 0.05;
-    Stopper progress;
-    EXPECT_THROW(run(job_for(folder, "in.ply", params), progress), Interrupted);
     const auto files = std::distance(std::filesystem::directory_iterator(folder.path()), {});
     EXPECT_EQ(files, 1) << "only the input is left";
 }

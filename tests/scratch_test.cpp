@@ -16,27 +16,46 @@ namespace {
 
 namespace fs = std::filesystem;
 
-TEST(Scratch, IsRemovedWithAllInIt) {
+TEST(Scratch, IsRemovedWithAllInItUnlessItIsKept) {
     const test::TemporaryFolder parent;
+    const fs::path path = parent / "job";
     {
-        const ScratchFolder scratch(parent.path());
-        EXPECT_EQ(scratch.path().parent_path(), parent.path());
+        ScratchFolder scratch(path);
+        EXPECT_EQ(scratch.path(), path);
         fs::create_directories(scratch.path() / "a" / "b");
         write_text_file(scratch.path() / "a" / "b" / "file", "text");
     }
     EXPECT_TRUE(fs::is_empty(parent.path()));
+    {
+        ScratchFolder scratch(path);
+        write_text_file(scratch.path() / "file", "text");
+        scratch.keep(true);
+    }
+    EXPECT_EQ(read_text_file(path / "file"), "text");
+    {
+        ScratchFolder scratch(path);
+        EXPECT_EQ(scratch.used_bytes(), 4U) << "what is there counts";
+        EXPECT_EQ(read_text_file(path / "file"), "text");
+        scratch.clear();
+        EXPECT_FALSE(fs::exists(path / "file"));
+        EXPECT_EQ(scratch.used_bytes(), 0U);
+    }
+    EXPECT_TRUE(fs::is_empty(parent.path()));
 }
 
-TEST(Scratch, TwoJobsInOneFolderDoNotMeet) {
+TEST(Scratch, OfTwoJobsInOneFolderTheSecondIsRefused) {
     const test::TemporaryFolder parent;
-    const ScratchFolder first(parent.path());
-    write_text_file(first.path() / "file", "first");
+    const fs::path path = parent / "job";
     {
-        const ScratchFolder second(parent.path());
-        EXPECT_NE(first.path(), second.path());
-        EXPECT_FALSE(fs::exists(second.path() / "file"));
+        const ScratchFolder first(path);
+        write_text_file(path / "file", "first");
+        EXPECT_THAT(
+            [&] { const ScratchFolder second(path); },
+            testing::ThrowsMessage<StorageError>(testing::AllOf(
+                testing::HasSubstr(path.string()), testing::HasSubstr("another run of knap"))));
+        EXPECT_EQ(read_text_file(path / "file"), "first") << "the first keeps its files";
     }
-    EXPECT_EQ(read_text_file(first.path() / "file"), "first");
+    EXPECT_NO_THROW({ const ScratchFolder third(path); });
 }
 
 TEST(Scratch, MakesItsParents) {
@@ -56,12 +75,13 @@ TEST(Scratch, WhereNoFolderCanBeIsAStorageErrorNamingIt) {
 
 TEST(Scratch, RemembersThePeakFromAnyThread) {
     const test::TemporaryFolder parent;
-    ScratchFolder scratch(parent.path());
+    ScratchFolder scratch(parent / "job");
     EXPECT_EQ(scratch.peak_bytes(), 0U);
     scratch.grew_by(100);
     scratch.grew_by(-60);
     scratch.grew_by(50);
     EXPECT_EQ(scratch.peak_bytes(), 100U);
+    EXPECT_EQ(scratch.used_bytes(), 90U);
     scratch.grew_by(-90);
     run_tasks(1000, 4, [&](std::size_t) { scratch.grew_by(3); });
     EXPECT_EQ(scratch.peak_bytes(), 3000U) << "nothing is lost between threads";

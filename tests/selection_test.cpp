@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "base/file.hpp"
-#include "base/scratch.hpp"
 #include "knap/error.hpp"
+#include "support/clouds.hpp"
 
 namespace knap {
 namespace {
@@ -36,7 +36,7 @@ Selection random_selection(std::mt19937_64& random, std::uint64_t size,
 
 class SelectionFile : public testing::Test {
   protected:
-    ScratchFolder scratch_{std::filesystem::temp_directory_path()};
+    test::TemporaryFolder scratch_;
     std::filesystem::path path_ = scratch_.path() / "selection.bin";
 };
 

@@ -50,6 +50,8 @@ struct Job {
     RangeParams range;
     OutputParams output;
     ResourceParams resources;
+    /// Throw away what an unfinished run of the same output left, instead of going on with it.
+    bool restart = false;
 };
 
 /// A pointer to one field of a Job; `Bytes` takes suffixes KiB, MiB, GiB, TiB.

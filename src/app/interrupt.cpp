@@ -29,7 +29,7 @@ void catch_interrupts() {
 
 void throw_if_interrupted() {
     if (interrupted != 0) {
-        throw Interrupted("interrupted by a signal; nothing was left in the output");
+        throw Interrupted("interrupted by a signal; nothing was written to the output");
     }
 }
 

@@ -83,6 +83,17 @@ JobOptions::JobOptions(CLI::App& command, Input input)
             ->type_name("PATH")
             ->allow_extra_args(false);
     }
+    if (input != Input::kJobOrFiles) {
+        command
+            .add_flag("--resume", resume_,
+                      "go on where an earlier run of the same job stopped; done without the flag\n"
+                      "too, unless --restart is given")
+            ->group("Unfinished runs");
+        command
+            .add_flag("--restart", restart_,
+                      "throw away what an unfinished run of the same output left")
+            ->group("Unfinished runs");
+    }
     add_flags(command);
 }
 
@@ -132,6 +143,10 @@ Job JobOptions::job() const {
     if (!input_flags_.empty()) {
         job.input = input_flags_;
     }
+    if (resume_ && restart_) {
+        throw ConfigError("--resume, --restart: expected one of the two, found both");
+    }
+    job.restart = restart_;
     return job;
 }
 

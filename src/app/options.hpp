@@ -35,6 +35,8 @@ class JobOptions {
     std::vector<std::string> positional_;
     std::vector<std::string> input_flags_;
     std::vector<std::string> settings_;
+    bool resume_ = false;
+    bool restart_ = false;
     std::vector<std::string> texts_;   ///< a row of the table each
     std::vector<CLI::Option*> flags_;  ///< the same; none for the input
 };

@@ -47,6 +47,18 @@ void ExactSum::add(const ExactSum& other) {
     carry();
 }
 
+ExactSum::Limbs ExactSum::limbs() const {
+    ExactSum copy = *this;
+    copy.carry();
+    return copy.limbs_;
+}
+
+ExactSum ExactSum::from_limbs(const Limbs& limbs) {
+    ExactSum sum;
+    sum.limbs_ = limbs;
+    return sum;
+}
+
 // Brings every limb but the last into [0, 2^32); the last one carries the sign.
 void ExactSum::carry() {
     for (std::size_t i = 0; i + 1 < kLimbs; ++i) {

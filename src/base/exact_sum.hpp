@@ -16,16 +16,21 @@ class ExactSum {
     /// The exact sum, rounded to nearest even.
     double value() const;
 
+    /// The sum as numbers that from_limbs() takes back; most are 0.
+    static constexpr int kLimbs = 69;
+    using Limbs = std::array<std::int64_t, kLimbs>;
+    Limbs limbs() const;
+    static ExactSum from_limbs(const Limbs& limbs);
+
   private:
     // Limb i holds a signed multiple of 2^(32 i - 1088); 2^31 additions fit before carries must
     // be moved up. 2^1024 needs limb 65; two more hold the carries of 2^64 additions.
-    static constexpr int kLimbs = 69;
     static constexpr int kLowestExponent = -1088;
     static constexpr std::uint32_t kCarryEvery = std::uint32_t{1} << 29;
 
     void carry();
 
-    std::array<std::int64_t, kLimbs> limbs_{};
+    Limbs limbs_{};
     std::uint32_t pending_ = 0;
 };
 

@@ -1,11 +1,16 @@
 #include "base/scratch.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <fstream>
+#include <utility>
 
 #include "knap/error.hpp"
 
@@ -13,22 +18,77 @@ namespace knap {
 
 namespace fs = std::filesystem;
 
-ScratchFolder::ScratchFolder(const fs::path& parent) {
+namespace {
+
+constexpr const char* kLockFile = "lock";
+
+}  // namespace
+
+ScratchFolder::ScratchFolder(fs::path path) : path_(std::move(path)) {
     std::error_code error;
-    fs::create_directories(parent, error);
-    for (int attempt = 0; !error; ++attempt) {
-        path_ = parent / fmt::format("knap-{}-{}", ::getpid(), attempt);
-        if (fs::create_directory(path_, error)) {
-            return;
-        }
+    fs::create_directories(path_, error);
+    if (error) {
+        throw StorageError(
+            fmt::format("{}: cannot create a scratch folder: {}", path_.string(), error.message()));
     }
-    throw StorageError(
-        fmt::format("{}: cannot create a scratch folder: {}", parent.string(), error.message()));
+    lock();
+    for (const auto& entry : fs::recursive_directory_iterator(path_, error)) {
+        used_ +=
+            entry.is_regular_file(error) ? static_cast<std::int64_t>(entry.file_size(error)) : 0;
+    }
+    peak_ = used_.load();
 }
 
 ScratchFolder::~ScratchFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
+    if (!keep_) {
+        std::error_code ignored;
+        fs::remove_all(path_, ignored);
+    }
+    ::close(lock_);
+}
+
+// The system gives the lock back however the process ends.
+void ScratchFolder::lock() {
+    constexpr mode_t kMode = 0644;
+    const fs::path file = path_ / kLockFile;
+    lock_ = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, kMode);
+    if (lock_ < 0) {
+        throw StorageError(
+            fmt::format("{}: cannot create: {}", file.string(), std::strerror(errno)));
+    }
+    if (::flock(lock_, LOCK_EX | LOCK_NB) != 0) {
+        const bool taken = errno == EWOULDBLOCK;
+        const std::string reason = taken ? "another run of knap works on this output"
+                                         : fmt::format("cannot lock: {}", std::strerror(errno));
+        ::close(lock_);
+        throw StorageError(fmt::format("{}: {}", path_.string(), reason));
+    }
+}
+
+void ScratchFolder::clear() {
+    std::error_code error;
+    for (const auto& entry : fs::directory_iterator(path_, error)) {
+        if (entry.path().filename() != kLockFile) {
+            fs::remove_all(entry.path(), error);
+        }
+        if (error) {
+            throw StorageError(
+                fmt::format("{}: cannot remove: {}", entry.path().string(), error.message()));
+        }
+    }
+    used_ = 0;
+    peak_ = 0;
+}
+
+void ScratchFolder::recount() {
+    std::int64_t bytes = 0;
+    std::error_code error;
+    for (const auto& entry : fs::directory_iterator(path_, error)) {
+        const std::uint64_t size = entry.file_size(error);
+        bytes += error ? 0 : static_cast<std::int64_t>(size);
+    }
+    used_ = bytes;
+    grew_by(0);
 }
 
 void ScratchFolder::grew_by(std::int64_t bytes) {

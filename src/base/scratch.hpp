@@ -6,24 +6,40 @@
 
 namespace knap {
 
-/// A folder of its own for a job's working files; removed with all in it when the object goes.
+/// A job's working folder, which no other process works in while the object lives. Removed with
+/// all in it when the object goes, unless it is to be kept.
 class ScratchFolder {
   public:
-    /// Creates `parent`/knap-<process>-<n>.
-    /// @throws StorageError if it cannot be created
-    explicit ScratchFolder(const std::filesystem::path& parent);
+    /// Creates the folder, or takes up the one that an earlier run left.
+    /// @throws StorageError if it cannot be created, or another process works in it
+    explicit ScratchFolder(std::filesystem::path path);
     ~ScratchFolder();
     ScratchFolder(const ScratchFolder&) = delete;
     ScratchFolder& operator=(const ScratchFolder&) = delete;
 
     const std::filesystem::path& path() const { return path_; }
 
+    /// Removes what is in the folder, and counts from nothing again.
+    /// @throws StorageError
+    void clear();
+
+    /// Whether what is in the folder outlives the object; it does not at first.
+    void keep(bool keep) { keep_ = keep; }
+    bool is_kept() const { return keep_; }
+
     /// To be told how many bytes a file in the folder grew by, or gave back. Thread-safe.
     void grew_by(std::int64_t bytes);
+    /// Counts what is there.
+    void recount();
+    std::uint64_t used_bytes() const { return static_cast<std::uint64_t>(used_.load()); }
     std::uint64_t peak_bytes() const { return static_cast<std::uint64_t>(peak_.load()); }
 
   private:
+    void lock();
+
     std::filesystem::path path_;
+    int lock_ = -1;
+    bool keep_ = false;
     std::atomic<std::int64_t> used_{0};
     std::atomic<std::int64_t> peak_{0};
 };

@@ -80,10 +80,11 @@ class Builder {
         for (std::size_t i = 0; i < taken; ++i) {
             sample[i] = points_[begin + i * count / taken].position[axis];
         }
-        const auto middle = sample.begin() + static_cast<std::ptrdiff_t>(taken / 2);
-        std::nth_element(sample.begin(), middle,
-                         sample.begin() + static_cast<std::ptrdiff_t>(taken));
-        const double face = *middle > box.min[axis] ? *middle : box.max[axis];
+        const std::span values = std::span(sample).first(taken);
+        std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(taken / 2),
+                         values.end());
+        const double median = values[taken / 2];
+        const double face = median > box.min[axis] ? median : box.max[axis];
         // Every point goes to the front and moves the front on where it belongs there: no branch
         // to guess.
         std::size_t front = begin;

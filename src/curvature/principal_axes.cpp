@@ -71,10 +71,10 @@ struct ProductSum {
     }
 
     HWY_INLINE double total(double step) const {
-        const double parts[] = {hn::GetLane(hn::SumOfLanes(kDoubles, high)),
-                                hn::GetLane(hn::SumOfLanes(kDoubles, mixed)),
-                                hn::GetLane(hn::SumOfLanes(kDoubles, low))};
-        return parts[0] + (parts[1] / step + parts[2] / (step * step));
+        const double whole = hn::GetLane(hn::SumOfLanes(kDoubles, high));
+        const double between = hn::GetLane(hn::SumOfLanes(kDoubles, mixed));
+        const double below = hn::GetLane(hn::SumOfLanes(kDoubles, low));
+        return whole + (between / step + below / (step * step));
     }
 };
 
@@ -133,9 +133,9 @@ HWY_ATTR void add_covariance(const double* x, const double* y, const double* z, 
 
 /// Symmetric tridiagonal matrices and the rotations that led to them, one a lane.
 struct Tridiagonal {
-    Doubles d0, d1, d2;  // diagonal
-    Doubles e0, e1;      // below it
-    Doubles q[3][3];     // q[column][row]
+    Doubles d0, d1, d2;                       // diagonal
+    Doubles e0, e1;                           // below it
+    std::array<std::array<Doubles, 3>, 3> q;  // q[column][row]
 };
 
 // One reflection makes each matrix tridiagonal.
@@ -200,8 +200,8 @@ HWY_INLINE Rotation rotation_to_zero(Doubles x, Doubles z) {
 }
 
 // Rotates columns k and k + 1 of the vectors, in some lanes.
-HWY_INLINE void rotate_columns(Tridiagonal& t, int k, const Rotation& g, Mask where) {
-    for (int row = 0; row < 3; ++row) {
+HWY_INLINE void rotate_columns(Tridiagonal& t, std::size_t k, const Rotation& g, Mask where) {
+    for (std::size_t row = 0; row < 3; ++row) {
         Doubles& a = t.q[k][row];
         Doubles& b = t.q[k + 1][row];
         const Doubles rotated_a = hn::Sub(hn::Mul(g.c, a), hn::Mul(g.s, b));
@@ -279,14 +279,15 @@ HWY_INLINE void diagonalise(Tridiagonal& t) {
 }
 
 // Exchanges two eigenpairs, in some lanes.
-HWY_INLINE void exchange(Doubles& da, Doubles* qa, Doubles& db, Doubles* qb, Mask where) {
+HWY_INLINE void exchange(Doubles& da, std::array<Doubles, 3>& qa, Doubles& db,
+                         std::array<Doubles, 3>& qb, Mask where) {
     const auto swap = [&](Doubles& a, Doubles& b) HWY_ATTR {
         const Doubles old = a;
         a = hn::IfThenElse(where, b, a);
         b = hn::IfThenElse(where, old, b);
     };
     swap(da, db);
-    for (int row = 0; row < 3; ++row) {
+    for (std::size_t row = 0; row < 3; ++row) {
         swap(qa[row], qb[row]);
     }
 }

@@ -1,6 +1,7 @@
 #include "merge/merge.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <mutex>
 #include <utility>
 
@@ -47,21 +48,33 @@ class Merger {
 
   private:
     void settle_part(std::size_t i) {
-        std::vector<RankedPoint> points = take_points(parts_[i]);
+        SettledPart settled = parts_[i].settled ? parts_[i].settled() : settle_now(i);
+        const std::scoped_lock lock(mutex_);
+        for (const PointId id : settled.kept) {
+            keep(id);
+        }
+        if (settled.open != nullptr) {
+            open_.push_back(std::move(settled.open));
+        }
+        advance_(parts_[i].points - settled.open_points);
+    }
+
+    SettledPart settle_now(std::size_t i) {
+        const std::vector<RankedPoint> points = take_points(parts_[i]);
         const Settled settled = settle(ranged(points), boxes_in_reach(i, points));
+        SettledPart result;
+        for (const std::uint32_t place : settled.kept) {
+            result.kept.push_back(points[place].id);
+        }
+        std::sort(result.kept.begin(), result.kept.end());
         std::vector<RankedPoint> open;
         open.reserve(settled.open.size());
         for (const std::uint32_t place : settled.open) {
             open.push_back(points[place]);
         }
-        auto spilled = open.empty() ? nullptr : request_.spill(i, std::move(open));
-        const std::scoped_lock lock(mutex_);
-        for (const std::uint32_t place : settled.kept) {
-            keep(points[place].id);
-        }
-        open_.push_back(std::move(spilled));
-        request_.on_settled(i);
-        advance_(points.size() - settled.open.size());
+        result.open_points = open.size();
+        result.open = request_.on_settled(i, result.kept, std::move(open));
+        return result;
     }
 
     static std::vector<RankedPoint> take_points(RankedPart& part) {
@@ -127,8 +140,10 @@ class Merger {
 
 }  // namespace
 
-std::unique_ptr<RankedStream> hold_in_memory(std::size_t, std::vector<RankedPoint> open) {
-    return std::make_unique<RunInMemory>(std::move(open));
+std::unique_ptr<RankedStream> hold_in_memory(std::size_t /*part*/,
+                                             std::span<const PointId> /*kept*/,
+                                             std::vector<RankedPoint> open) {
+    return open.empty() ? nullptr : std::make_unique<RunInMemory>(std::move(open));
 }
 
 double range_of(double curvature, double mean_curvature, const RangeParams& range) {

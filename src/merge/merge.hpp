@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "knap/geometry.hpp"
@@ -12,15 +13,25 @@
 
 namespace knap {
 
+/// What a part says of its own points.
+struct SettledPart {
+    std::vector<PointId> kept;           ///< ascending
+    std::unique_ptr<RankedStream> open;  ///< in the method's order; null if nothing is open
+    std::uint64_t open_points = 0;
+};
+
 /// The ranked points of one brick.
 struct RankedPart {
     std::vector<std::unique_ptr<RankedStream>> runs;  ///< each in the method's order
     Box box;                                          ///< holds all its points
     std::uint64_t points = 0;                         ///< in the runs, below 2^32
+    /// Set if an earlier run has settled the part: gives back what it found. No runs then.
+    std::function<SettledPart()> settled;
 };
 
-/// Keeps open points as they are: a spill for clouds in memory.
-std::unique_ptr<RankedStream> hold_in_memory(std::size_t part, std::vector<RankedPoint> open);
+/// Keeps open points as they are: for clouds in memory.
+std::unique_ptr<RankedStream> hold_in_memory(std::size_t part, std::span<const PointId> kept,
+                                             std::vector<RankedPoint> open);
 
 struct MergeRequest {
     RangeParams range;
@@ -28,11 +39,12 @@ struct MergeRequest {
     std::uint64_t points = 0;        ///< ids are below this
     Box box;                         ///< of all points
     std::uint64_t budget_bytes = 0;  ///< for the parts in work; then for the kept among the open
-    /// Puts the points that a part leaves open away until all parts are done. Thread-safe.
-    std::function<std::unique_ptr<RankedStream>(std::size_t part, std::vector<RankedPoint> open)>
-        spill = hold_in_memory;
-    /// Told that the runs of a part are not needed any more. One call at a time.
-    std::function<void(std::size_t part)> on_settled = [](std::size_t) {};
+    /// Told what a part keeps, ids ascending, and leaves open, in order. Puts the open points away
+    /// until all parts are done; null for none. The runs of the part are not needed after. Called
+    /// from any thread.
+    std::function<std::unique_ptr<RankedStream>(std::size_t part, std::span<const PointId> kept,
+                                                std::vector<RankedPoint> open)>
+        on_settled = hold_in_memory;
 };
 
 struct MergeResult {

@@ -75,10 +75,10 @@ class Settler {
         for (std::size_t i = 0; i < sample.size(); ++i) {
             sample[i] = points_[places[i * places.size() / sample.size()]].position[axis];
         }
-        const auto middle = sample.begin() + sample.size() / 2;
-        std::nth_element(sample.begin(), middle, sample.end());
+        const std::size_t middle = sample.size() / 2;
+        std::nth_element(sample.begin(), sample.begin() + middle, sample.end());
         // Neither half is empty, whatever the sample: one holds the lowest, the other the highest.
-        const double face = *middle > box.min[axis] ? *middle : box.max[axis];
+        const double face = sample[middle] > box.min[axis] ? sample[middle] : box.max[axis];
         std::pair<Places, Places> halves;
         halves.first.reserve(places.size());
         for (const std::uint32_t place : places) {

@@ -1,13 +1,13 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
 #include <utility>
 
+#include "base/checksum.hpp"
 #include "base/scratch.hpp"
 #include "base/threads.hpp"
 #include "emit/emit.hpp"
@@ -17,70 +17,165 @@
 #include "knap/source.hpp"
 #include "merge/merge.hpp"
 #include "pipeline/forecast.hpp"
+#include "pipeline/identity.hpp"
+#include "pipeline/job_log.hpp"
+#include "pipeline/merge_files.hpp"
+#include "pipeline/rank_log.hpp"
 #include "pipeline/stage_clock.hpp"
 #include "plan/plan.hpp"
 #include "rank/rank.hpp"
 #include "scatter/scatter.hpp"
 #include "store/brick_map.hpp"
-#include "store/journal.hpp"
+#include "store/checkpoint.hpp"
 #include "survey/survey.hpp"
 
 namespace knap {
 
 namespace {
 
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
 constexpr const char* kJournal = "journal";
+constexpr const char* kSurveyFile = "survey";
+constexpr const char* kPlanFile = "plan";
+constexpr const char* kScatterFile = "scatter";
 constexpr const char* kSelectionFile = "selection";
 
-/// The stages of one job, each a value from the value before; what they left on disk is named in
-/// the journal before the next one begins.
+std::vector<SourceInfo> source_infos(const std::vector<fs::path>& files) {
+    std::vector<SourceInfo> infos;
+    for (const fs::path& file : files) {
+        infos.push_back(open_source(file)->info());
+    }
+    return infos;
+}
+
+std::vector<BrickFile> brick_files(const fs::path& folder, const BrickPlan& plan,
+                                   const ScatterState& state) {
+    std::vector<BrickFile> files;
+    for (std::size_t i = 0; i < plan.bricks.size(); ++i) {
+        files.push_back(brick_file(brick_path(folder, i), plan.bricks[i], state.bricks.at(i)));
+    }
+    return files;
+}
+
+/// The stages of one job, each a value from the value before. What they leave on disk is named in
+/// the journal before the next one needs it, and what the journal names is not made again.
 class Pipeline {
   public:
-    Pipeline(const Job& job, std::vector<std::filesystem::path> files, Progress& progress)
+    Pipeline(const Job& job, const std::vector<fs::path>& files, Progress& progress)
         : job_(job),
-          files_(std::move(files)),
+          files_(files),
           threads_(thread_count(job.resources.threads)),
           limit_(threads_),
           budgets_(share_memory(job.resources.memory_bytes)),
-          scratch_(scratch_parent(job)),
+          scratch_(scratch_parent(job) / scratch_name(job)),
+          log_(scratch_.path() / kJournal),
           progress_(progress),
           clock_(progress) {}
 
     Report run() {
-        BrickFiles bricks = cut();
-        const SourceTable table = std::move(bricks.table);
-        const RankResult ranked = rank_all(table, bricks.files);
-        const MergeResult merged = merge_all(table, ranked);
-        return emit_all(table, bricks.files.size(), ranked, merged);
-    }
-
-    Forecast forecast() {
-        const Survey archive = survey_all();
-        return make_forecast(job_, archive, plan(archive));
+        take_up();
+        try {
+            const Scattered bricks = cut();
+            const RankResult ranked = rank_all(bricks.table, bricks.files);
+            const MergeResult merged = merge_all(bricks.table, ranked);
+            const Report report = emit_all(bricks.table, bricks.files.size(), ranked, merged);
+            scratch_.keep(false);
+            return report;
+        } catch (const ConfigError&) {
+            scratch_.keep(false);
+            throw;
+        } catch (const InputError&) {
+            scratch_.keep(false);
+            throw;
+        } catch (const Interrupted& error) {
+            throw Interrupted(error.what() + what_is_kept());
+        } catch (const StorageError& error) {
+            throw StorageError(error.what() + what_is_kept());
+        }
     }
 
   private:
-    struct BrickFiles {
+    struct Scattered {
         SourceTable table;
         std::vector<BrickFile> files;
     };
 
+    // Goes on with what an earlier run left, if that was the same job.
+    void take_up() {
+        const Json identity = identity_of(job_, files_);
+        const Json* before = log_.find("job");
+        if (before != nullptr && !job_.restart) {
+            const std::string changed = difference(
+                *before, identity, [&](std::size_t source) { return is_as_surveyed(source); });
+            if (!changed.empty()) {
+                scratch_.keep(true);
+                throw ConfigError(fmt::format(
+                    "{}: an unfinished run of this output is there, but {}; --restart throws it "
+                    "away",
+                    scratch_.path().string(), changed));
+            }
+            scratch_.keep(log_.find("survey") != nullptr);
+            progress_.note(
+                fmt::format("goes on with the unfinished run in {}", scratch_.path().string()));
+            return;
+        }
+        log_.clear();
+        scratch_.clear();
+        log_.record("job", "", identity);
+    }
+
+    bool is_as_surveyed(std::size_t source) const {
+        const Json* survey = log_.find("survey");
+        return survey == nullptr ||
+               survey->at("xxh3").at(source) == xxh3_128_of_file(files_[source]);
+    }
+
+    // Nothing is kept that an exception did not leave behind.
+    std::string what_is_kept() const {
+        return scratch_.is_kept() ? fmt::format(
+                                        "; the same command goes on from what is done, in "
+                                        "{}",
+                                        scratch_.path().string())
+                                  : "";
+    }
+
     // The occupancy lives only as long as bricks are cut.
-    BrickFiles cut() {
-        Survey archive = survey_all();
+    Scattered cut() {
+        const Survey archive = survey_all();
         const BrickPlan bricks = plan(archive);
-        check_forecast(make_forecast(job_, archive, bricks), job_, scratch_.path());
+        Forecast forecast = make_forecast(job_, archive, bricks);
+        forecast.scratch_free_bytes += scratch_.used_bytes();
+        check_forecast(forecast, job_, scratch_.path());
         return {archive.table, scatter_all(archive, bricks)};
     }
 
     Survey survey_all() {
-        Survey archive = clock_.time("survey", 0, [&](const auto& advance) {
+        const fs::path file = scratch_.path() / kSurveyFile;
+        Survey archive = clock_.time("survey", 0, [&](const auto& advance) -> Survey {
+            if (log_.find("survey") != nullptr) {
+                SavedSurvey saved = load_survey(file, source_infos(files_));
+                advance(saved.table.points());
+                return {std::move(saved.table), std::move(saved.occupancy)};
+            }
             return survey({.files = files_, .threads = threads_, .budget_bytes = budgets_.survey},
                           advance);
         });
-        tell_what_stays_behind(archive.table);
-        record("survey", "",
-               {{"points", archive.table.points()}, {"rejected", archive.table.rejected()}});
+        if (log_.find("survey") == nullptr) {
+            tell_what_stays_behind(archive.table);
+            save_survey(file, archive.table, archive.occupancy);
+            Json digests = Json::array();
+            for (const SourceEntry& source : archive.table.sources()) {
+                digests.push_back(source.xxh3);
+            }
+            log_.record("survey", kSurveyFile, Json::object());
+            log_.record("survey", "",
+                        {{"points", archive.table.points()},
+                         {"rejected", archive.table.rejected()},
+                         {"xxh3", digests}});
+        }
+        scratch_.keep(true);
         return archive;
     }
 
@@ -101,113 +196,112 @@ class Pipeline {
     }
 
     BrickPlan plan(const Survey& archive) {
+        const fs::path file = scratch_.path() / kPlanFile;
         BrickPlan bricks = clock_.time("plan", 0, [&](const auto&) {
-            return plan_bricks(archive.occupancy, archive.table.box(),
-                               plan_request(job_, archive.table, budgets_));
+            return log_.find("plan", kPlanFile) != nullptr
+                       ? load_plan(file)
+                       : plan_bricks(archive.occupancy, archive.table.box(),
+                                     plan_request(job_, archive.table, budgets_));
         });
-        record("plan", "", {{"bricks", bricks.bricks.size()}, {"voxel_size", bricks.voxel_size}});
+        if (log_.find("plan", kPlanFile) == nullptr) {
+            save_plan(file, bricks);
+            log_.record("plan", kPlanFile,
+                        {{"bricks", bricks.bricks.size()}, {"voxel_size", bricks.voxel_size}});
+        }
         return bricks;
     }
 
-    std::vector<BrickFile> scatter_all(const Survey& archive, const BrickPlan& bricks) {
-        std::vector<VoxelBox> cores;
-        std::vector<VoxelBox> reaches;
-        for (const Brick& brick : bricks.bricks) {
-            cores.push_back(brick.core);
-            reaches.push_back(voxels_touched(brick, bricks.voxel_size));
+    std::vector<BrickFile> scatter_all(const Survey& archive, const BrickPlan& plan) {
+        const fs::path state_file = scratch_.path() / kScatterFile;
+        ScatterState state;
+        if (log_.find("scatter", kScatterFile) != nullptr) {
+            state = load_scatter_state(state_file);
         }
         std::vector<BrickFile> files =
             clock_.time("scatter", archive.table.points(), [&](const auto& advance) {
-                const BrickMap map(archive.occupancy, cores, reaches);
-                return scatter(archive.table, bricks, map,
-                               {.folder = scratch_.path(),
-                                .threads = threads_,
-                                .budget_bytes = budgets_.stage / 4},
-                               advance);
+                if (log_.find("scatter") != nullptr) {
+                    advance(archive.table.points());
+                    return brick_files(scratch_.path(), plan, state);
+                }
+                return scatter_on(archive, plan, state, advance);
             });
-        for (const BrickFile& file : files) {
-            scratch_.grew_by(static_cast<std::int64_t>(file.bytes));
-            record("scatter", file.path.filename().string(),
-                   {{"core", file.core_points}, {"halo", file.halo_points}, {"bytes", file.bytes}});
+        if (log_.find("scatter") == nullptr) {
+            log_.record("scatter", "", Json::object());
         }
+        scratch_.recount();
         return files;
     }
 
-    RankResult rank_all(const SourceTable& table, const std::vector<BrickFile>& bricks) {
-        RankResult ranked = clock_.time("rank", table.points(), [&](const auto& advance) {
-            return rank(table, bricks,
-                        {.folder = scratch_.path(),
-                         .curvature = job_.curvature,
-                         .budget_bytes = budgets_.stage,
-                         .on_scratch = [&](std::int64_t bytes) { scratch_.grew_by(bytes); }},
-                        advance);
-        });
-        for (const RankedFiles& brick : ranked.bricks) {
-            for (const auto& path : brick.runs) {
-                record("rank", path.filename().string(), nlohmann::ordered_json::object());
-            }
+    std::vector<BrickFile> scatter_on(const Survey& archive, const BrickPlan& plan,
+                                      const ScatterState& state,
+                                      const std::function<void(std::uint64_t)>& advance) {
+        std::vector<VoxelBox> cores;
+        std::vector<VoxelBox> reaches;
+        for (const Brick& brick : plan.bricks) {
+            cores.push_back(brick.core);
+            reaches.push_back(voxels_touched(brick, plan.voxel_size));
         }
-        return ranked;
+        const BrickMap map(archive.occupancy, cores, reaches);
+        return scatter(archive.table, plan, map,
+                       {.folder = scratch_.path(),
+                        .threads = threads_,
+                        .budget_bytes = budgets_.stage / 4,
+                        .state = state,
+                        .commit =
+                            [&](const ScatterState& now) {
+                                // The file itself is the record; the log says that there is one.
+                                save_scatter_state(scratch_.path() / kScatterFile, now);
+                                if (log_.find("scatter", kScatterFile) == nullptr) {
+                                    log_.record("scatter", kScatterFile, Json::object());
+                                }
+                            }},
+                       advance);
+    }
+
+    RankResult rank_all(const SourceTable& table, const std::vector<BrickFile>& bricks) {
+        return clock_.time("rank", table.points() - table.rejected(), [&](const auto& advance) {
+            return rank(
+                table, bricks,
+                {.folder = scratch_.path(),
+                 .curvature = job_.curvature,
+                 .budget_bytes = budgets_.stage,
+                 .state = read_rank_state(log_, scratch_.path(), bricks.size()),
+                 .on_spacing = [&](double spacing) { record_spacing(log_, spacing); },
+                 .on_brick = [&](std::size_t brick,
+                                 const BrickRank& ranked) { record_brick(log_, brick, ranked); },
+                 .on_stragglers =
+                     [&](const SettledStragglers& settled) { record_stragglers(log_, settled); },
+                 .on_scratch = [&](std::int64_t bytes) { scratch_.grew_by(bytes); }},
+                advance);
+        });
     }
 
     MergeResult merge_all(const SourceTable& table, const RankResult& ranked) {
-        std::vector<std::filesystem::path> spilled(ranked.bricks.size());
+        const fs::path file = scratch_.path() / kSelectionFile;
+        MergeFiles files(scratch_, log_, table, budgets_.stage, ranked.bricks);
         MergeResult merged = clock_.time("merge", ranked.points, [&](const auto& advance) {
-            std::vector<RankedPart> parts;
-            for (const RankedFiles& brick : ranked.bricks) {
-                parts.push_back({{}, brick.box, brick.points});
-                for (const auto& path : brick.runs) {
-                    parts.back().runs.push_back(std::make_unique<RunReader>(path, table));
-                }
+            if (const Json* before = log_.find("merge", kSelectionFile)) {
+                advance(ranked.points);
+                return MergeResult{Selection::load(file), before->at("kept"),
+                                   before->at("represented")};
             }
-            return merge(std::move(parts),
+            return merge(files.parts(),
                          {.range = job_.range,
                           .mean_curvature = ranked.mean_curvature,
                           .points = table.points(),
                           .box = table.box(),
                           .budget_bytes = budgets_.stage,
-                          .spill =
-                              [&](std::size_t brick, const std::vector<RankedPoint>& open) {
-                                  spilled[brick] =
-                                      write_open_run(table, brick, open, spilled.size());
-                                  return std::make_unique<RunReader>(spilled[brick], table);
-                              },
-                          .on_settled =
-                              [&](std::size_t brick) {
-                                  for (const auto& path : ranked.bricks[brick].runs) {
-                                      remove(path);
-                                  }
-                              }},
+                          .on_settled = files.keeper()},
                          advance);
         });
-        merged.selection.save(scratch_.path() / kSelectionFile);
-        record("merge", kSelectionFile,
-               {{"kept", merged.kept}, {"represented", merged.represented}});
-        scratch_.grew_by(static_cast<std::int64_t>(
-            std::filesystem::file_size(scratch_.path() / kSelectionFile)));
-        for (const auto& path : spilled) {
-            if (!path.empty()) {
-                remove(path);
-            }
+        if (log_.find("merge", kSelectionFile) == nullptr) {
+            merged.selection.save(file);
+            scratch_.grew_by(static_cast<std::int64_t>(fs::file_size(file)));
+            log_.record("merge", kSelectionFile,
+                        {{"kept", merged.kept}, {"represented", merged.represented}});
         }
+        files.remove_all();
         return merged;
-    }
-
-    // What a brick leaves open is read with that of all others, a block of each at a time.
-    std::filesystem::path write_open_run(const SourceTable& table, std::size_t brick,
-                                         const std::vector<RankedPoint>& open, std::size_t bricks) {
-        constexpr std::uint64_t kSmallest = 64;
-        const std::uint64_t share = budgets_.stage / 8 / bricks / (2 * sizeof(RankedPoint));
-        const std::uint64_t block = std::clamp<std::uint64_t>(share, kSmallest, kMostBlockPoints);
-        std::filesystem::path path = scratch_.path() / fmt::format("{:06}.open", brick);
-        scratch_.grew_by(static_cast<std::int64_t>(write_run(path, table, open, block)));
-        return path;
-    }
-
-    void remove(const std::filesystem::path& path) {
-        const auto bytes = static_cast<std::int64_t>(std::filesystem::file_size(path));
-        std::filesystem::remove(path);
-        scratch_.grew_by(-bytes);
     }
 
     Report emit_all(const SourceTable& table, std::size_t bricks, const RankResult& ranked,
@@ -229,7 +323,6 @@ class Pipeline {
                          .threads = threads_,
                          .advance = advance});
         });
-        record("emit", "", {{"tiles", emitted.tiles}, {"bytes", emitted.bytes}});
         if (!job_.output.ids.empty()) {
             write_ids(job_.output.ids, merged.selection);
         }
@@ -248,16 +341,13 @@ class Pipeline {
         return report;
     }
 
-    void record(const char* stage, std::string file, const nlohmann::ordered_json& details) {
-        append_to_journal(scratch_.path() / kJournal, {stage, std::move(file), details.dump()});
-    }
-
     const Job& job_;
-    std::vector<std::filesystem::path> files_;
+    const std::vector<fs::path>& files_;
     int threads_;
     ThreadLimit limit_;
     Budgets budgets_;
     ScratchFolder scratch_;
+    JobLog log_;
     Progress& progress_;
     StageClock clock_;
 };
@@ -278,14 +368,27 @@ std::vector<std::filesystem::path> find_sources(const Job& job, Progress& progre
 
 Report run(const Job& job, Progress& progress) {
     validate(job);
-    std::vector<std::filesystem::path> files = find_sources(job, progress);
+    const std::vector<fs::path> files = find_sources(job, progress);
     check_output(job.output, files);
-    return Pipeline(job, std::move(files), progress).run();
+    return Pipeline(job, files, progress).run();
 }
 
 Forecast forecast(const Job& job, Progress& progress) {
     validate(job);
-    return Pipeline(job, find_sources(job, progress), progress).forecast();
+    const std::vector<fs::path> files = find_sources(job, progress);
+    const int threads = thread_count(job.resources.threads);
+    const ThreadLimit limit(threads);
+    const Budgets budgets = share_memory(job.resources.memory_bytes);
+    StageClock clock(progress);
+    const Survey archive = clock.time("survey", 0, [&](const auto& advance) {
+        return survey({.files = files, .threads = threads, .budget_bytes = budgets.survey},
+                      advance);
+    });
+    const BrickPlan plan = clock.time("plan", 0, [&](const auto&) {
+        return plan_bricks(archive.occupancy, archive.table.box(),
+                           plan_request(job, archive.table, budgets));
+    });
+    return make_forecast(job, archive, plan);
 }
 
 }  // namespace knap

@@ -5,7 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <mutex>
+#include <optional>
 #include <span>
+#include <string>
+#include <system_error>
 #include <utility>
 
 #include "base/memory_gate.hpp"
@@ -46,16 +49,27 @@ class Ranker {
           gate_(request.budget_bytes) {}
 
     RankResult rank() {
-        result_.spacing = measure_spacing();
+        done_ = request_.state.bricks;
+        done_.resize(bricks_.size());
+        result_.spacing = spacing();
         const FourierEstimator estimator(request_.curvature, result_.spacing);
         rank_bricks(estimator);
-        settle_stragglers(estimator);
-        result_.mean_curvature =
-            result_.points == 0 ? 0 : curvature_sum_.value() / static_cast<double>(result_.points);
+        const SettledStragglers settled = stragglers(estimator);
+        remove_straggler_runs();
+        collect(settled);
         return std::move(result_);
     }
 
   private:
+    double spacing() {
+        if (request_.state.spacing) {
+            return *request_.state.spacing;
+        }
+        const double spacing = measure_spacing();
+        request_.on_spacing(spacing);
+        return spacing;
+    }
+
     double measure_spacing() {
         const SpacingSample sample(table_.points() - table_.rejected());
         BrickSpacing total;
@@ -89,63 +103,77 @@ class Ranker {
     }
 
     void rank_bricks(const FourierEstimator& estimator) {
-        result_.bricks.resize(bricks_.size());
-        straggler_runs_.resize(bricks_.size());
         parallel_tasks(bricks_.size(), [&](std::size_t i) {
             const BrickFile& file = bricks_[i];
-            const auto ticket = admit(file);
-            const PointBlocks brick = block_brick(read_whole(file));
-            const RankedBrick ranked = rank_brick(brick, request_.curvature.neighbours, estimator,
-                                                  file.brick.halo, table_.box());
-            result_.bricks[i] = {{write_run(fmt::format("{:06}.run", i), ranked.points)},
-                                 file.core_box,
-                                 ranked.points.size()};
-            if (!ranked.stragglers.empty()) {
-                straggler_runs_[i] = write_stragglers(i, ranked.stragglers);
+            if (!done_[i]) {
+                BrickRank ranked = rank_one(i, estimator);
+                const std::scoped_lock lock(mutex_);
+                request_.on_brick(i, ranked);
+                done_[i] = std::move(ranked);
             }
             const std::scoped_lock lock(mutex_);
             remove(file.path);
-            curvature_sum_.add(ranked.curvature_sum);
-            result_.points += ranked.points.size();
-            result_.merged += brick.merged;
-            result_.stragglers += ranked.stragglers.size();
             advance_(file.core_points);
         });
     }
 
+    BrickRank rank_one(std::size_t i, const FourierEstimator& estimator) {
+        const BrickFile& file = bricks_[i];
+        const auto ticket = admit(file);
+        const PointBlocks brick = block_brick(read_whole(file));
+        const RankedBrick ranked = rank_brick(brick, request_.curvature.neighbours, estimator,
+                                              file.brick.halo, table_.box());
+        BrickRank result;
+        result.run = write_run(fmt::format("{:06}.run", i), ranked.points);
+        if (!ranked.stragglers.empty()) {
+            result.straggler_run = write_stragglers(i, ranked.stragglers);
+        }
+        result.points = ranked.points.size();
+        result.stragglers = ranked.stragglers.size();
+        result.merged = brick.merged;
+        result.curvature_sum = ranked.curvature_sum;
+        return result;
+    }
+
+    SettledStragglers stragglers(const FourierEstimator& estimator) {
+        if (request_.state.stragglers) {
+            return *request_.state.stragglers;
+        }
+        SettledStragglers settled = settle_stragglers(estimator);
+        request_.on_stragglers(settled);
+        return settled;
+    }
+
     // In groups that fit the budget; what a brick has in a group becomes one more run of it.
-    void settle_stragglers(const FourierEstimator& estimator) {
+    SettledStragglers settle_stragglers(const FourierEstimator& estimator) const {
         const auto k = static_cast<std::size_t>(request_.curvature.neighbours);
         const std::uint64_t each =
             2 * k * sizeof(FoundNeighbour) + sizeof(Straggler) + sizeof(RankedPoint);
         const auto most =
             static_cast<std::size_t>(std::max<std::uint64_t>(request_.budget_bytes / 4 / each, 1));
+        SettledStragglers settled;
         StragglerGroup group;
         for (std::size_t brick = 0; brick < bricks_.size(); ++brick) {
-            if (straggler_runs_[brick].empty()) {
+            if (done_[brick]->straggler_run.empty()) {
                 continue;
             }
-            RunReader reader(straggler_runs_[brick], table_);
+            RunReader reader(done_[brick]->straggler_run, table_);
             for (std::vector<RankedPoint> block; reader.next(block);) {
                 for (const RankedPoint& point : block) {
                     group.add(brick, {point.position, point.id, point.key});
                     if (group.points.size() == most) {
-                        settle_group(group, k, estimator);
+                        settle_group(group, k, estimator, settled);
                         group = {};
                     }
                 }
             }
         }
-        settle_group(group, k, estimator);
-        for (const auto& path : straggler_runs_) {
-            if (!path.empty()) {
-                remove(path);
-            }
-        }
+        settle_group(group, k, estimator, settled);
+        return settled;
     }
 
-    void settle_group(const StragglerGroup& group, std::size_t k,
-                      const FourierEstimator& estimator) {
+    void settle_group(const StragglerGroup& group, std::size_t k, const FourierEstimator& estimator,
+                      SettledStragglers& settled) const {
         const CoreAccess cores = core_access([&](std::size_t i) { return load_ranked_core(i); });
         const auto found = gather(group.points, k, cores);
         for (std::size_t i = 0; i < group.bricks.size(); ++i) {
@@ -156,14 +184,39 @@ class Ranker {
                 rank_stragglers(std::span(group.points).subspan(begin, end - begin),
                                 std::span(found).subspan(begin, end - begin), estimator);
             for (const RankedPoint& point : ranked) {
-                curvature_sum_.add(point.key);
+                settled.curvature_sum.add(point.key);
             }
-            RankedFiles& brick = result_.bricks[group.bricks[i]];
-            brick.runs.push_back(
-                write_run(fmt::format("{:06}-{}.run", group.bricks[i], brick.runs.size()), ranked));
-            brick.points += ranked.size();
-            result_.points += ranked.size();
+            const std::size_t brick = group.bricks[i];
+            const std::string name = fmt::format("{:06}-{}.run", brick, settled.runs.size());
+            settled.runs.push_back({brick, write_run(name, ranked), ranked.size()});
         }
+    }
+
+    void remove_straggler_runs() const {
+        for (const auto& brick : done_) {
+            if (!brick->straggler_run.empty()) {
+                remove(brick->straggler_run);
+            }
+        }
+    }
+
+    void collect(const SettledStragglers& settled) {
+        ExactSum sum = settled.curvature_sum;
+        for (std::size_t i = 0; i < bricks_.size(); ++i) {
+            const BrickRank& brick = *done_[i];
+            result_.bricks.push_back({{brick.run}, bricks_[i].core_box, brick.points});
+            result_.points += brick.points;
+            result_.merged += brick.merged;
+            result_.stragglers += brick.stragglers;
+            sum.add(brick.curvature_sum);
+        }
+        for (const SettledStragglers::Run& run : settled.runs) {
+            result_.bricks[run.brick].runs.push_back(run.path);
+            result_.bricks[run.brick].points += run.points;
+            result_.points += run.points;
+        }
+        result_.mean_curvature =
+            result_.points == 0 ? 0 : sum.value() / static_cast<double>(result_.points);
     }
 
     BrickPoints read_whole(const BrickFile& file) const {
@@ -194,7 +247,7 @@ class Ranker {
         CorePoints core;
         core.positions.reserve(bricks_[i].core_points);
         core.ids.reserve(bricks_[i].core_points);
-        for (const auto& path : {result_.bricks[i].runs.front(), straggler_runs_[i]}) {
+        for (const auto& path : {done_[i]->run, done_[i]->straggler_run}) {
             if (path.empty()) {
                 continue;
             }
@@ -216,10 +269,14 @@ class Ranker {
         return path;
     }
 
+    // An earlier run may have removed it already.
     void remove(const std::filesystem::path& path) const {
-        const auto bytes = static_cast<std::int64_t>(std::filesystem::file_size(path));
-        std::filesystem::remove(path);
-        request_.on_scratch(-bytes);
+        std::error_code absent;
+        const std::uint64_t bytes = std::filesystem::file_size(path, absent);
+        if (!absent) {
+            std::filesystem::remove(path);
+            request_.on_scratch(-static_cast<std::int64_t>(bytes));
+        }
     }
 
     std::filesystem::path write_stragglers(std::size_t i,
@@ -251,8 +308,7 @@ class Ranker {
     const std::function<void(std::uint64_t)>& advance_;
     MemoryGate gate_;
     std::mutex mutex_;
-    std::vector<std::filesystem::path> straggler_runs_;
-    ExactSum curvature_sum_;
+    std::vector<std::optional<BrickRank>> done_;
     RankResult result_;
 };
 

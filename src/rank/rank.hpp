@@ -3,27 +3,65 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <vector>
 
+#include "base/exact_sum.hpp"
 #include "knap/params.hpp"
 #include "store/brick_plan.hpp"
 #include "store/source_table.hpp"
 
 namespace knap {
 
-struct RankRequest {
-    std::filesystem::path folder;  ///< exists; gets a run a brick
-    CurvatureParams curvature;
-    std::uint64_t budget_bytes = 0;  ///< for all bricks in work
-    /// Told how many bytes of scratch a new file takes, or one that is gone gave back.
-    std::function<void(std::int64_t)> on_scratch = [](std::int64_t) {};
-};
-
 /// One brick ranked.
 struct RankedFiles {
     std::vector<std::filesystem::path> runs;  ///< one, and those of its stragglers
     Box box;                                  ///< of its points, cloud units
     std::uint64_t points = 0;                 ///< in the runs
+};
+
+/// What a brick leaves behind before its stragglers are settled.
+struct BrickRank {
+    std::filesystem::path run;
+    std::filesystem::path straggler_run;  ///< empty if it has no stragglers
+    std::uint64_t points = 0;             ///< in the run
+    std::uint64_t stragglers = 0;
+    std::uint64_t merged = 0;
+    ExactSum curvature_sum;  ///< of |H| over the run, 1 / cloud unit
+};
+
+/// The stragglers of all bricks, settled.
+struct SettledStragglers {
+    /// One more run of a brick.
+    struct Run {
+        std::size_t brick = 0;
+        std::filesystem::path path;
+        std::uint64_t points = 0;
+    };
+    std::vector<Run> runs;
+    ExactSum curvature_sum;  ///< of |H| over the runs, 1 / cloud unit
+};
+
+/// How far an archive has been ranked.
+struct RankState {
+    std::optional<double> spacing;
+    std::vector<std::optional<BrickRank>> bricks;  ///< by number; may be shorter than the archive
+    std::optional<SettledStragglers> stragglers;
+};
+
+struct RankRequest {
+    std::filesystem::path folder;  ///< exists; gets a run a brick
+    CurvatureParams curvature;
+    std::uint64_t budget_bytes = 0;  ///< for all bricks in work
+    RankState state = {};            ///< where an earlier run stopped
+    /// Told each step when what it leaves is in place; one call at a time. What a step needed is
+    /// removed only after that.
+    std::function<void(double spacing)> on_spacing = [](double) {};
+    std::function<void(std::size_t brick, const BrickRank&)> on_brick = [](std::size_t,
+                                                                           const BrickRank&) {};
+    std::function<void(const SettledStragglers&)> on_stragglers = [](const SettledStragglers&) {};
+    /// Told how many bytes of scratch a new file takes, or one that is gone gave back.
+    std::function<void(std::int64_t)> on_scratch = [](std::int64_t) {};
 };
 
 /// The archive ranked.

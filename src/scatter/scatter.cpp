@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <mutex>
+#include <span>
+#include <system_error>
 
 #include "input/stream.hpp"
 #include "knap/error.hpp"
@@ -16,6 +18,8 @@ namespace {
 
 constexpr std::size_t kChunkPoints = std::size_t{1} << 16;
 constexpr std::uint64_t kRangePoints = std::uint64_t{1} << 20;
+// Ranges between two commits: what a job that is stopped does again at most.
+constexpr std::size_t kRangesPerCommit = 32;
 constexpr std::uint64_t kSmallestBuffer = std::uint64_t{2} << 10;
 constexpr std::uint64_t kLargestBuffer = std::uint64_t{256} << 10;
 constexpr std::size_t kLocks = 64;
@@ -49,13 +53,18 @@ struct Worker {
 class Scatterer {
   public:
     Scatterer(const SourceTable& table, const BrickPlan& plan, const ScatterRequest& request)
-        : table_(table), plan_(plan) {
+        : table_(table), plan_(plan), before_(request.state) {
         buffer_bytes_ = static_cast<std::size_t>(
             buffer_size(plan.bricks.size(), request.threads, request.budget_bytes));
         for (std::size_t i = 0; i < plan.bricks.size(); ++i) {
-            paths_.push_back(request.folder / fmt::format("{:06}.brick", i));
-            create_brick_file(paths_.back(), table);
+            paths_.push_back(brick_path(request.folder, i));
+            if (before_.ranges_done == 0) {
+                create_brick_file(paths_.back(), table);
+            } else {
+                cut_back(paths_.back(), before_.bricks.at(i).bytes);
+            }
         }
+        before_.bricks.resize(plan.bricks.size());
     }
 
     void add(Worker& worker, std::size_t source, PointId id, const Vec3& position) {
@@ -87,23 +96,40 @@ class Scatterer {
         }
     }
 
-    std::vector<BrickFile> files(const std::vector<Worker>& workers) const {
-        std::vector<BrickFile> files;
+    /// What is in the files once all workers are flushed.
+    ScatterState state(const std::vector<Worker>& workers, std::uint64_t ranges_done) const {
+        ScatterState state = before_;
+        state.ranges_done = ranges_done;
         for (std::size_t brick = 0; brick < paths_.size(); ++brick) {
-            BrickFile file{.path = paths_[brick], .brick = plan_.bricks[brick], .core_box = {}};
-            file.bytes = std::filesystem::file_size(paths_[brick]);
+            ScatterState::Tally& tally = state.bricks[brick];
+            tally.bytes = std::filesystem::file_size(paths_[brick]);
             for (const Worker& worker : workers) {
                 const Buffers& part = worker.buffers[brick];
-                file.core_box.extend(part.core_box);
-                file.core_points += part.core_points;
-                file.halo_points += part.halo_points;
+                tally.core_box.extend(part.core_box);
+                tally.core_points += part.core_points;
+                tally.halo_points += part.halo_points;
             }
-            files.push_back(std::move(file));
         }
-        return files;
+        return state;
     }
 
+    const std::vector<std::filesystem::path>& paths() const { return paths_; }
+
   private:
+    // What was appended after the last commit is appended again.
+    static void cut_back(const std::filesystem::path& path, std::uint64_t bytes) {
+        std::error_code error;
+        const std::uint64_t size = std::filesystem::file_size(path, error);
+        if (!error && size >= bytes) {
+            std::filesystem::resize_file(path, bytes, error);
+        }
+        if (error || size < bytes) {
+            throw StorageError(
+                fmt::format("{}: scratch file is damaged: expected {} bytes, {}", path.string(),
+                            bytes, error ? error.message() : fmt::format("found {}", size)));
+        }
+    }
+
     void append(BrickBlock& block, std::size_t brick, std::size_t source, PointId id,
                 const Vec3& position) {
         if (block.count > 0 && (block.source != source || block.size_bytes() >= buffer_bytes_)) {
@@ -126,10 +152,22 @@ class Scatterer {
 
     const SourceTable& table_;
     const BrickPlan& plan_;
+    ScatterState before_;
     std::size_t buffer_bytes_ = 0;
     std::vector<std::filesystem::path> paths_;
     std::array<std::mutex, kLocks> locks_;
 };
+
+// Points of the ranges that an earlier run is done with.
+std::uint64_t points_before(const SourceTable& table, std::span<const SourceRange> ranges,
+                            std::uint64_t done) {
+    std::uint64_t points = 0;
+    for (const SourceRange& range : ranges.first(done)) {
+        const SourceEntry& source = table.sources()[range.source];
+        points += std::min(range.count, source.points - std::min(range.first, source.points));
+    }
+    return points;
+}
 
 }  // namespace
 
@@ -144,22 +182,49 @@ std::vector<BrickFile> scatter(const SourceTable& table, const BrickPlan& plan, 
     }
     const std::vector<SourceInfo> infos = table.infos();
     const std::vector<SourceRange> ranges = cut_into_ranges(infos, kRangePoints);
-    stream_ranges(infos, ranges, request.threads, kChunkPoints,
-                  [&](std::size_t slot, std::size_t range, const Chunk& chunk) {
-                      const std::size_t source = ranges[range].source;
-                      PointId id = table.sources()[source].first_id + chunk.first;
-                      for (const Vec3& p : chunk.positions) {
-                          if (is_finite(p)) {
-                              scatterer.add(workers[slot], source, id, p);
+    ScatterState state = request.state;
+    advance(points_before(table, ranges, state.ranges_done));
+    do {
+        const std::size_t first = state.ranges_done;
+        const std::size_t count = std::min(kRangesPerCommit, ranges.size() - first);
+        stream_ranges(infos, std::span(ranges).subspan(first, count), request.threads, kChunkPoints,
+                      [&](std::size_t slot, std::size_t range, const Chunk& chunk) {
+                          const std::size_t source = ranges[first + range].source;
+                          PointId id = table.sources()[source].first_id + chunk.first;
+                          for (const Vec3& p : chunk.positions) {
+                              if (is_finite(p)) {
+                                  scatterer.add(workers[slot], source, id, p);
+                              }
+                              ++id;
                           }
-                          ++id;
-                      }
-                      advance(chunk.positions.size());
-                  });
-    for (Worker& worker : workers) {
-        scatterer.flush(worker);
+                          advance(chunk.positions.size());
+                      });
+        for (Worker& worker : workers) {
+            scatterer.flush(worker);
+        }
+        state = scatterer.state(workers, first + count);
+        request.commit(state);
+    } while (state.ranges_done < ranges.size());
+
+    std::vector<BrickFile> files;
+    for (std::size_t i = 0; i < plan.bricks.size(); ++i) {
+        files.push_back(brick_file(scatterer.paths()[i], plan.bricks[i], state.bricks[i]));
     }
-    return scatterer.files(workers);
+    return files;
+}
+
+BrickFile brick_file(const std::filesystem::path& path, const Brick& brick,
+                     const ScatterState::Tally& tally) {
+    return {.path = path,
+            .brick = brick,
+            .core_box = tally.core_box,
+            .core_points = tally.core_points,
+            .halo_points = tally.halo_points,
+            .bytes = tally.bytes};
+}
+
+std::filesystem::path brick_path(const std::filesystem::path& folder, std::size_t brick) {
+    return folder / fmt::format("{:06}.brick", brick);
 }
 
 std::uint64_t scatter_buffer_bytes(std::uint64_t bricks, int threads, std::uint64_t budget_bytes) {

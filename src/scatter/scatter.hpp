@@ -8,6 +8,7 @@
 #include "knap/geometry.hpp"
 #include "store/brick_map.hpp"
 #include "store/brick_plan.hpp"
+#include "store/checkpoint.hpp"
 #include "store/source_table.hpp"
 
 namespace knap {
@@ -16,6 +17,10 @@ struct ScatterRequest {
     std::filesystem::path folder;    ///< exists; gets a file a brick
     int threads = 1;                 ///< >= 1
     std::uint64_t budget_bytes = 0;  ///< for all buffers
+    ScatterState state = {};         ///< where an earlier run stopped; brick files are as it says,
+                                     ///< or longer
+    /// Told the state whenever everything up to it is in the files.
+    std::function<void(const ScatterState&)> commit = [](const ScatterState&) {};
 };
 
 /// Second pass over the archive: appends {position, id} of every finite point to the brick that
@@ -24,10 +29,17 @@ struct ScatterRequest {
 /// No file stays open between appends, so any number of bricks will do.
 /// @return one file a brick, in the order of the plan
 /// @throws InputError if a source has changed since the survey
-/// @throws StorageError if the disk is full or fails
+/// @throws StorageError if the disk is full or fails, or a file is shorter than the state says
 std::vector<BrickFile> scatter(const SourceTable& table, const BrickPlan& plan, const BrickMap& map,
                                const ScatterRequest& request,
                                const std::function<void(std::uint64_t)>& advance);
+
+/// A finished brick file, as the last state has it.
+BrickFile brick_file(const std::filesystem::path& path, const Brick& brick,
+                     const ScatterState::Tally& tally);
+
+/// Where scatter() puts the file of a brick.
+std::filesystem::path brick_path(const std::filesystem::path& folder, std::size_t brick);
 
 /// Bytes of memory that the buffers of scatter() can take, for planning.
 std::uint64_t scatter_buffer_bytes(std::uint64_t bricks, int threads, std::uint64_t budget_bytes);

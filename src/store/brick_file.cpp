@@ -4,6 +4,7 @@
 
 #include <cstring>
 #include <string_view>
+#include <system_error>
 
 #include "base/bytes.hpp"
 #include "base/checksum.hpp"
@@ -147,6 +148,11 @@ void create_brick_file(const std::filesystem::path& path, const SourceTable& tab
     }
     put(header, kVersion);
     put(header, static_cast<std::uint32_t>(table.packed_size()));
+    std::error_code error;
+    std::filesystem::remove(path, error);
+    if (error) {
+        throw StorageError(fmt::format("{}: cannot remove: {}", path.string(), error.message()));
+    }
     append_to_file(path, header);
 }
 

@@ -38,7 +38,7 @@ struct BrickBlock {
     void clear();
 };
 
-/// Creates a brick file without points.
+/// Creates a brick file without points, in the place of one that is there.
 /// @throws StorageError
 void create_brick_file(const std::filesystem::path& path, const SourceTable& table);
 

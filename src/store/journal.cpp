@@ -53,28 +53,26 @@ void append_to_journal(const std::filesystem::path& path, const JournalEntry& en
     append_to_file(path, std::as_bytes(std::span(line.data(), line.size())));
 }
 
-std::vector<JournalEntry> read_journal(const std::filesystem::path& path) {
-    std::vector<JournalEntry> entries;
+Journal read_journal(const std::filesystem::path& path) {
+    Journal journal;
     if (!std::filesystem::exists(path)) {
-        return entries;
+        return journal;
     }
     const std::string text = read_all(path);
     std::string_view rest = text;
-    for (std::size_t number = 1; !rest.empty(); ++number) {
+    while (!rest.empty()) {
         const std::size_t end = rest.find('\n');
         const bool torn = end == std::string_view::npos;
         const std::optional<JournalEntry> entry = torn ? std::nullopt : parse(rest.substr(0, end));
-        if (!entry && (torn || end + 1 == rest.size())) {
+        if (!entry) {
+            journal.damaged = !torn;
             break;
         }
-        if (!entry) {
-            throw StorageError(
-                fmt::format("{}: journal is damaged at line {}", path.string(), number));
-        }
-        entries.push_back(*entry);
+        journal.entries.push_back(*entry);
         rest.remove_prefix(end + 1);
+        journal.whole_bytes = text.size() - rest.size();
     }
-    return entries;
+    return journal;
 }
 
 }  // namespace knap

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -24,9 +25,15 @@ struct JournalEntry {
 /// @throws StorageError
 void append_to_journal(const std::filesystem::path& path, const JournalEntry& entry);
 
-/// All entries in the order they were written; none if there is no file.
-/// @throws StorageError if the file cannot be read, or a line other than a torn last one fails its
-///         checksum
-std::vector<JournalEntry> read_journal(const std::filesystem::path& path);
+/// What a journal says.
+struct Journal {
+    std::vector<JournalEntry> entries;  ///< in the order they were written
+    std::uint64_t whole_bytes = 0;      ///< the size of the file up to the last whole line
+    bool damaged = false;               ///< lines from there on are other than a torn last one
+};
+
+/// Reads up to the first line that is torn or fails its checksum; nothing if there is no file.
+/// @throws StorageError if the file cannot be read
+Journal read_journal(const std::filesystem::path& path);
 
 }  // namespace knap

@@ -107,6 +107,12 @@ struct Occupancy::Grid {
 
 Occupancy::Occupancy(double voxel_size, std::uint64_t budget_bytes)
     : grid_(std::make_unique<Grid>(voxel_size, budget_bytes)) {}
+Occupancy::Occupancy(double voxel_size, std::span<const Voxel> voxels)
+    : grid_(std::make_unique<Grid>(voxel_size, std::numeric_limits<std::uint64_t>::max())) {
+    for (const Voxel& voxel : voxels) {
+        grid_->add(to_coord(voxel.at), static_cast<std::int32_t>(voxel.points));
+    }
+}
 Occupancy::~Occupancy() = default;
 Occupancy::Occupancy(Occupancy&&) noexcept = default;
 Occupancy& Occupancy::operator=(Occupancy&&) noexcept = default;

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "knap/geometry.hpp"
@@ -54,6 +55,10 @@ class Occupancy {
     /// units
     /// @param budget_bytes  memory that the grid may take
     Occupancy(double voxel_size, std::uint64_t budget_bytes);
+
+    /// A grid that was taken apart by voxels().
+    /// @param voxel_size  a power of two
+    Occupancy(double voxel_size, std::span<const Voxel> voxels);
     ~Occupancy();
     Occupancy(Occupancy&&) noexcept;
     Occupancy& operator=(Occupancy&&) noexcept;

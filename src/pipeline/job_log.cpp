@@ -1,0 +1,54 @@
+#include "pipeline/job_log.hpp"
+
+#include <fmt/format.h>
+
+#include <system_error>
+
+#include "knap/error.hpp"
+#include "store/journal.hpp"
+
+namespace knap {
+
+JobLog::JobLog(std::filesystem::path path) : path_(std::move(path)) {
+    const Journal journal = read_journal(path_);
+    for (const JournalEntry& entry : journal.entries) {
+        auto details = nlohmann::ordered_json::parse(entry.details, nullptr, false);
+        if (details.is_discarded()) {
+            throw StorageError(
+                fmt::format("{}: scratch file is damaged: the entry of {} {} is no "
+                            "JSON",
+                            path_.string(), entry.stage, entry.file));
+        }
+        entries_[{entry.stage, entry.file}] = std::move(details);
+    }
+    std::error_code error;
+    if (std::filesystem::exists(path_)) {
+        std::filesystem::resize_file(path_, journal.whole_bytes, error);
+    }
+    if (error) {
+        throw StorageError(fmt::format("{}: cannot cut: {}", path_.string(), error.message()));
+    }
+}
+
+const nlohmann::ordered_json* JobLog::find(const std::string& stage,
+                                           const std::string& file) const {
+    const auto at = entries_.find({stage, file});
+    return at == entries_.end() ? nullptr : &at->second;
+}
+
+void JobLog::record(const std::string& stage, const std::string& file,
+                    nlohmann::ordered_json details) {
+    append_to_journal(path_, {stage, file, details.dump()});
+    entries_[{stage, file}] = std::move(details);
+}
+
+void JobLog::clear() {
+    std::error_code error;
+    std::filesystem::remove(path_, error);
+    if (error) {
+        throw StorageError(fmt::format("{}: cannot remove: {}", path_.string(), error.message()));
+    }
+    entries_.clear();
+}
+
+}  // namespace knap

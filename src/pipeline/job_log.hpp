@@ -1,0 +1,38 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+
+namespace knap {
+
+/// What a job has finished: the journal in its scratch folder, by stage and file. Reading it back
+/// is how a job goes on where an earlier run stopped.
+class JobLog {
+  public:
+    /// Reads what an earlier run recorded. What stands behind the last whole line is cut off: its
+    /// step was not finished.
+    /// @throws StorageError if the file cannot be read or cut
+    explicit JobLog(std::filesystem::path path);
+
+    bool empty() const { return entries_.empty(); }
+
+    /// The details of a finished step; null if it was not finished.
+    const nlohmann::ordered_json* find(const std::string& stage,
+                                       const std::string& file = "") const;
+
+    /// Adds a finished step. Everything that it names must be in place.
+    /// @throws StorageError
+    void record(const std::string& stage, const std::string& file, nlohmann::ordered_json details);
+
+    /// Forgets everything.
+    void clear();
+
+  private:
+    std::filesystem::path path_;
+    std::map<std::pair<std::string, std::string>, nlohmann::ordered_json> entries_;
+};
+
+}  // namespace knap

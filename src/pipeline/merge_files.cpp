@@ -1,0 +1,120 @@
+#include "pipeline/merge_files.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <system_error>
+#include <utility>
+
+#include "store/checkpoint.hpp"
+#include "store/ranked_run.hpp"
+
+namespace knap {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kMerge = "merge";
+
+std::string brick_name(std::size_t brick) {
+    return fmt::format("{:06}", brick);
+}
+
+}  // namespace
+
+MergeFiles::MergeFiles(ScratchFolder& scratch, JobLog& log, const SourceTable& table,
+                       std::uint64_t budget_bytes, const std::vector<RankedFiles>& bricks)
+    : scratch_(scratch), log_(log), table_(table), budget_bytes_(budget_bytes), bricks_(bricks) {}
+
+std::vector<RankedPart> MergeFiles::parts() {
+    std::vector<RankedPart> parts;
+    for (std::size_t i = 0; i < bricks_.size(); ++i) {
+        RankedPart part;
+        part.box = bricks_[i].box;
+        part.points = bricks_[i].points;
+        if (const auto* settled = log_.find(kMerge, brick_name(i))) {
+            remove_runs(i);
+            const std::uint64_t open = settled->at("open");
+            part.settled = [this, i, open] { return load(i, open); };
+        } else {
+            for (const fs::path& path : bricks_[i].runs) {
+                part.runs.push_back(std::make_unique<RunReader>(path, table_));
+            }
+        }
+        parts.push_back(std::move(part));
+    }
+    return parts;
+}
+
+std::function<std::unique_ptr<RankedStream>(std::size_t, std::span<const PointId>,
+                                            std::vector<RankedPoint>)>
+MergeFiles::keeper() {
+    return [this](std::size_t brick, std::span<const PointId> kept,
+                  const std::vector<RankedPoint>& open) { return keep(brick, kept, open); };
+}
+
+std::unique_ptr<RankedStream> MergeFiles::keep(std::size_t brick, std::span<const PointId> kept,
+                                               const std::vector<RankedPoint>& open) {
+    save_ids(kept_path(brick), kept);
+    std::uint64_t bytes = fs::file_size(kept_path(brick));
+    if (!open.empty()) {
+        bytes += write_run(open_path(brick), table_, open, block_points());
+    }
+    const std::scoped_lock lock(mutex_);
+    scratch_.grew_by(static_cast<std::int64_t>(bytes));
+    log_.record(kMerge, brick_name(brick), {{"kept", kept.size()}, {"open", open.size()}});
+    remove_runs(brick);
+    return open.empty() ? nullptr : std::make_unique<RunReader>(open_path(brick), table_);
+}
+
+SettledPart MergeFiles::load(std::size_t brick, std::uint64_t open_points) const {
+    SettledPart part;
+    part.kept = load_ids(kept_path(brick));
+    part.open_points = open_points;
+    if (open_points > 0) {
+        part.open = std::make_unique<RunReader>(open_path(brick), table_);
+    }
+    return part;
+}
+
+void MergeFiles::remove_all() {
+    for (std::size_t i = 0; i < bricks_.size(); ++i) {
+        remove_runs(i);
+        remove(kept_path(i));
+        remove(open_path(i));
+    }
+}
+
+fs::path MergeFiles::kept_path(std::size_t brick) const {
+    return scratch_.path() / (brick_name(brick) + ".kept");
+}
+
+fs::path MergeFiles::open_path(std::size_t brick) const {
+    return scratch_.path() / (brick_name(brick) + ".open");
+}
+
+void MergeFiles::remove_runs(std::size_t brick) {
+    for (const fs::path& path : bricks_[brick].runs) {
+        remove(path);
+    }
+}
+
+// An earlier run may have removed it already.
+void MergeFiles::remove(const fs::path& path) {
+    std::error_code absent;
+    const std::uint64_t bytes = fs::file_size(path, absent);
+    if (!absent) {
+        fs::remove(path, absent);
+        scratch_.grew_by(-static_cast<std::int64_t>(bytes));
+    }
+}
+
+// What bricks leave open is read together, a block of each at a time.
+std::size_t MergeFiles::block_points() const {
+    constexpr std::uint64_t kSmallest = 64;
+    const std::uint64_t share = budget_bytes_ / 8 / bricks_.size() / (2 * sizeof(RankedPoint));
+    return static_cast<std::size_t>(std::clamp<std::uint64_t>(share, kSmallest, kMostBlockPoints));
+}
+
+}  // namespace knap

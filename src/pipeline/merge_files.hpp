@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/scratch.hpp"
+#include "merge/merge.hpp"
+#include "pipeline/job_log.hpp"
+#include "rank/rank.hpp"
+#include "store/source_table.hpp"
+
+namespace knap {
+
+/// The scratch files that merge reads and leaves: the runs of each brick; once a brick is settled,
+/// what it keeps and what it leaves open instead.
+class MergeFiles {
+  public:
+    /// @param budget_bytes  of the merge; blocks of open runs take a part of it
+    /// All references must outlive the object.
+    MergeFiles(ScratchFolder& scratch, JobLog& log, const SourceTable& table,
+               std::uint64_t budget_bytes, const std::vector<RankedFiles>& bricks);
+
+    /// Every brick as merge takes it: its runs, or what an earlier run found.
+    std::vector<RankedPart> parts();
+
+    /// For MergeRequest::on_settled: writes what a brick keeps and leaves open, records it, and
+    /// removes the runs of the brick. Thread-safe.
+    std::function<std::unique_ptr<RankedStream>(std::size_t, std::span<const PointId>,
+                                                std::vector<RankedPoint>)>
+    keeper();
+
+    /// Once the selection is safe.
+    void remove_all();
+
+  private:
+    SettledPart load(std::size_t brick, std::uint64_t open_points) const;
+    std::unique_ptr<RankedStream> keep(std::size_t brick, std::span<const PointId> kept,
+                                       const std::vector<RankedPoint>& open);
+    std::filesystem::path kept_path(std::size_t brick) const;
+    std::filesystem::path open_path(std::size_t brick) const;
+    void remove(const std::filesystem::path& path);
+    void remove_runs(std::size_t brick);
+    std::size_t block_points() const;
+
+    ScratchFolder& scratch_;
+    JobLog& log_;
+    const SourceTable& table_;
+    std::uint64_t budget_bytes_;
+    const std::vector<RankedFiles>& bricks_;
+    std::mutex mutex_;
+};
+
+}  // namespace knap

@@ -1,0 +1,318 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <random>
+#include <thread>
+
+#include "base/scratch.hpp"
+#include "knap/archive.hpp"
+#include "knap/error.hpp"
+#include "knap/job.hpp"
+#include "support/archive_bytes.hpp"
+#include "support/clouds.hpp"
+#include "support/damage.hpp"
+
+namespace knap {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+
+/// Stops a job at its n-th call, or never.
+class Stopper final : public Progress {
+  public:
+    explicit Stopper(std::int64_t calls) : left_(calls) {}
+    void begin(std::string_view stage, std::uint64_t /*total*/) override {
+        stages_.emplace_back(stage);
+        count();
+    }
+    void advance(std::uint64_t /*points*/) override { count(); }
+    void note(std::string_view message) override { notes_.emplace_back(message); }
+
+    std::int64_t calls() const { return calls_; }
+    const std::vector<std::string>& notes() const { return notes_; }
+    const std::vector<std::string>& stages() const { return stages_; }
+
+  private:
+    void count() {
+        ++calls_;
+        if (left_-- == 0) {
+            throw Interrupted("stopped");
+        }
+    }
+
+    std::int64_t left_;
+    std::int64_t calls_ = 0;
+    std::vector<std::string> notes_;
+    std::vector<std::string> stages_;
+};
+
+constexpr std::int64_t kNever = std::int64_t{1} << 60;
+
+class Resume : public testing::Test {
+  protected:
+    Resume() {
+        test::write_ply(folder_ / "in.ply", test::sphere_cloud(8000, 3), true);
+        job_.input = {(folder_ / "in.ply").string()};
+        job_.range.alpha = 0.05;
+        job_.output.path = (folder_ / "out").string();
+        job_.output.ids = (folder_ / "ids").string();
+        job_.output.overwrite = true;
+        job_.output.tile_points = 1000;
+        job_.resources.memory_bytes = std::uint64_t{512} << 20;
+        job_.resources.threads = 2;
+        job_.resources.brick_points = 100;
+    }
+
+    Report run_whole() {
+        Stopper never(kNever);
+        return run(job_, never);
+    }
+
+    /// The scratch folder that an unfinished run left.
+    fs::path scratch() const {
+        for (const auto& entry : fs::directory_iterator(folder_.path())) {
+            if (entry.path().filename().string().starts_with("knap-out-")) {
+                return entry.path();
+            }
+        }
+        return {};
+    }
+
+    std::string result() const {
+        return test::archive_bytes(folder_ / "out") + test::read_bytes(folder_ / "ids");
+    }
+
+    test::TemporaryFolder folder_;
+    Job job_;
+};
+
+TEST_F(Resume, AJobStoppedAnywhereGoesOnToTheSameBytes) {
+    const Report whole = run_whole();
+    ASSERT_GE(whole.bricks, 60U);
+    const std::string expected = result();
+    Stopper counter(kNever);
+    run(job_, counter);
+    std::mt19937_64 random(1);
+    int went_on = 0;
+    for (int round = 0; round < 25; ++round) {
+        fs::remove_all(folder_ / "out");
+        // Up to four stops in one job.
+        for (int stop = 0; stop < 4; ++stop) {
+            Stopper stopper(
+                static_cast<std::int64_t>(random() % static_cast<std::uint64_t>(counter.calls())));
+            try {
+                run(job_, stopper);
+                break;
+            } catch (const Interrupted& error) {
+                went_on += stop > 0 && !stopper.notes().empty() ? 1 : 0;
+            }
+        }
+        const Report report = run_whole();
+        ASSERT_EQ(result() == expected, true) << "round " << round;
+        ASSERT_EQ(report.counts, whole.counts);
+        ASSERT_EQ(report.mean_curvature, whole.mean_curvature);
+        ASSERT_EQ(report.stragglers, whole.stragglers);
+        ASSERT_EQ(scratch(), fs::path()) << "nothing is left after success";
+    }
+    EXPECT_GT(went_on, 5);
+}
+
+// One run of the program itself, killed without warning after a while.
+bool run_and_kill(const std::vector<std::string>& arguments, std::chrono::microseconds after) {
+    const pid_t child = ::fork();
+    if (child == 0) {
+        std::vector<char*> argv;
+        for (const std::string& argument : arguments) {
+            argv.push_back(const_cast<char*>(argument.c_str()));
+        }
+        argv.push_back(nullptr);
+        ::execv(argv[0], argv.data());
+        ::_exit(127);
+    }
+    std::this_thread::sleep_for(after);
+    ::kill(child, SIGKILL);
+    int status = 0;
+    ::waitpid(child, &status, 0);
+    if (WIFEXITED(status)) {
+        EXPECT_EQ(WEXITSTATUS(status), 0);
+        return false;
+    }
+    return true;
+}
+
+TEST_F(Resume, AProcessKilledAtAnyMomentGoesOnToTheSameBytes) {
+    const auto started = std::chrono::steady_clock::now();
+    run_whole();
+    const auto elapsed = std::chrono::duration_cast<std::chrono::microseconds>(
+        std::chrono::steady_clock::now() - started);
+    const std::string expected = result();
+    const std::vector<std::string> command{KNAP_PROGRAM,
+                                           "simplify",
+                                           job_.input[0],
+                                           "-o",
+                                           job_.output.path,
+                                           "--ids",
+                                           job_.output.ids,
+                                           "--alpha",
+                                           "0.05",
+                                           "--tile-points",
+                                           "1000",
+                                           "--brick-points",
+                                           "100",
+                                           "--overwrite",
+                                           "--quiet",
+                                           "--threads",
+                                           "2",
+                                           "--memory",
+                                           "512MiB"};
+    std::mt19937_64 random(2);
+    int killed = 0;
+    const char* rounds = std::getenv("KNAP_KILLS");
+    for (int round = 0; round < (rounds == nullptr ? 10 : std::atoi(rounds)); ++round) {
+        fs::remove_all(folder_ / "out");
+        const auto moment = std::chrono::microseconds(
+            random() % static_cast<std::uint64_t>(2 * elapsed.count() + 1));
+        killed += run_and_kill(command, moment) ? 1 : 0;
+        run_whole();
+        ASSERT_EQ(result() == expected, true) << "killed after " << moment.count() << " us";
+    }
+    EXPECT_GT(killed, 2);
+}
+
+// Leaves an unfinished run that has got into a stage.
+void stop_in(const Job& job, const std::string& stage, int calls = 1) {
+    class InStage final : public Progress {
+      public:
+        InStage(std::string stage, int calls) : stage_(std::move(stage)), left_(calls) {}
+        void begin(std::string_view stage, std::uint64_t /*total*/) override {
+            inside_ = stage == stage_;
+        }
+        void advance(std::uint64_t /*points*/) override {
+            if (inside_ && left_-- == 0) {
+                throw Interrupted("stopped");
+            }
+        }
+
+      private:
+        std::string stage_;
+        int left_;
+        bool inside_ = false;
+    };
+    InStage stopper(stage, calls);
+    EXPECT_THAT([&] { run(job, stopper); },
+                ThrowsMessage<Interrupted>(HasSubstr("the same command goes on")));
+}
+
+TEST_F(Resume, DoesNotDoAgainWhatIsDone) {
+    stop_in(job_, "rank", 30);
+    const fs::path journal = scratch() / "journal";
+    const std::string before = test::read_bytes(journal);
+    const auto ranked = [](const std::string& text) {
+        std::size_t count = 0;
+        for (std::size_t at = text.find(" rank\t"); at != std::string::npos;
+             at = text.find(" rank\t", at + 1)) {
+            ++count;
+        }
+        return count;
+    };
+    EXPECT_GE(ranked(before), 28U);
+    stop_in(job_, "merge", 10);
+    const std::string after = test::read_bytes(journal);
+    EXPECT_EQ(after.substr(0, before.size()), before) << "what is recorded stays";
+    EXPECT_EQ(ranked(after), run_whole().bricks) << "each brick was ranked once";
+}
+
+TEST_F(Resume, RefusesAnotherJobAndTellsWhatIsDifferent) {
+    stop_in(job_, "rank", 5);
+    const auto expect_refusal = [&](const Job& job, const std::string& what) {
+        Stopper never(kNever);
+        EXPECT_THAT([&] { run(job, never); },
+                    ThrowsMessage<ConfigError>(AllOf(HasSubstr(what), HasSubstr("--restart"))));
+        EXPECT_NE(scratch(), fs::path()) << "and leaves what is there alone";
+    };
+    Job other = job_;
+    other.range.alpha = 0.06;
+    expect_refusal(other, "range.alpha was 0.05, is 0.06");
+    other = job_;
+    other.output.tile_points = 1001;
+    expect_refusal(other, "output.tile_points was 1000, is 1001");
+
+    const std::string bytes = test::read_bytes(folder_ / "in.ply");
+    test::write_bytes(folder_ / "in.ply", bytes + "x");
+    expect_refusal(job_, "in.ply had");
+    std::string changed = bytes;
+    changed[changed.size() - 3] ^= 1;
+    test::write_bytes(folder_ / "in.ply", changed);
+    expect_refusal(job_, "holds something else");
+
+    // The same bytes with another time are the same input.
+    test::write_bytes(folder_ / "in.ply", bytes);
+    EXPECT_EQ(run_whole().counts.in, 8000U);
+}
+
+TEST_F(Resume, GoesOnWithOtherResources) {
+    run_whole();
+    const std::string expected = result();
+    for (const char* stage : {"scatter", "rank", "merge", "emit"}) {
+        stop_in(job_, stage, 0);
+        Job other = job_;
+        other.resources.threads = 1;
+        other.resources.memory_bytes = std::uint64_t{1} << 30;
+        other.resources.brick_points = 5000;
+        Stopper never(kNever);
+        run(other, never);
+        EXPECT_EQ(result() == expected, true) << stage;
+    }
+}
+
+TEST_F(Resume, RestartThrowsAwayWhatIsThere) {
+    stop_in(job_, "rank", 5);
+    job_.restart = true;
+    job_.range.alpha = 0.06;
+    Stopper never(kNever);
+    run(job_, never);
+    EXPECT_EQ(scratch(), fs::path());
+    EXPECT_TRUE(never.notes().empty()) << "nothing to go on with";
+}
+
+TEST_F(Resume, OfTwoRunsTheSecondIsRefused) {
+    stop_in(job_, "rank", 5);
+    const ScratchFolder other(scratch());
+    EXPECT_THAT([&] { run_whole(); },
+                ThrowsMessage<StorageError>(HasSubstr("another run of knap works")));
+}
+
+TEST_F(Resume, ATornJournalLineIsAStepThatWasNotDone) {
+    run_whole();
+    const std::string expected = result();
+    std::mt19937_64 random(3);
+    for (int round = 0; round < 10; ++round) {
+        stop_in(job_, "rank", static_cast<int>(random() % 60));
+        const fs::path journal = scratch() / "journal";
+        const std::string text = test::read_bytes(journal);
+        const std::size_t last_line = text.rfind('\n', text.size() - 2) + 1;
+        test::write_bytes(journal, text.substr(0, last_line + random() % 20));
+        // What the lost line named may be gone: then the file it was made from is missing.
+        try {
+            run_whole();
+            EXPECT_EQ(result() == expected, true);
+        } catch (const StorageError& error) {
+            EXPECT_THAT(error.what(), HasSubstr(".brick"));
+            job_.restart = true;
+            run_whole();
+            job_.restart = false;
+        }
+    }
+}
+
+}  // namespace
+}  // namespace knap
