@@ -147,7 +147,13 @@ class Pipeline {
         const BrickPlan bricks = plan(archive);
         Forecast forecast = make_forecast(job_, archive, bricks);
         forecast.scratch_free_bytes += scratch_.used_bytes();
-        check_forecast(forecast, job_, scratch_.path());
+        try {
+            check_forecast(forecast, job_, scratch_.path());
+        } catch (const StorageError&) {
+            // Nothing worth keeping, and the next run may plan with other resources.
+            scratch_.keep(log_.find("scatter", kScatterFile) != nullptr);
+            throw;
+        }
         return {archive.table, scatter_all(archive, bricks)};
     }
 
