@@ -93,5 +93,23 @@ TEST(ExactSum, OfNothingIsZero) {
     EXPECT_EQ(sum_of(std::vector{kTiny}), kTiny);
 }
 
+TEST(ExactSum, GoesOnFromItsLimbs) {
+    std::mt19937_64 random(9);
+    for (int round = 0; round < 200; ++round) {
+        ExactSum whole;
+        ExactSum part;
+        for (int i = 0; i < 50; ++i) {
+            const double value = std::ldexp(static_cast<double>(random()) - 0x1p63,
+                                            static_cast<int>(random() % 600) - 300);
+            whole.add(value);
+            part.add(value);
+            if (i % 7 == 0) {
+                part = ExactSum::from_limbs(part.limbs());
+            }
+        }
+        ASSERT_EQ(part.value(), whole.value());
+    }
+}
+
 }  // namespace
 }  // namespace knap

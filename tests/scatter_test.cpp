@@ -6,6 +6,7 @@
 #include <map>
 #include <random>
 
+#include "base/file.hpp"
 #include "knap/error.hpp"
 #include "plan/plan.hpp"
 #include "store/brick_file.hpp"
@@ -147,6 +148,49 @@ TEST(Scatter, ConservesCountsForAnyBufferSizeAndThreadCount) {
             fs::remove_all(scratch);
         }
     }
+}
+
+TEST(Scatter, GoesOnWhereItsLastCommitWasWhateverWasAppendedSince) {
+    const std::vector<Vec3> cloud = test::sphere_cloud(9000, 4);
+    // Each file is a range: many more than between two commits.
+    constexpr std::size_t kFiles = 150;
+    const test::TemporaryFolder folder;
+    std::vector<fs::path> sources;
+    for (std::size_t i = 0; i < kFiles; ++i) {
+        const auto begin = cloud.begin() + static_cast<std::ptrdiff_t>(i * 60);
+        sources.push_back(folder / (std::to_string(1000 + i) + ".ply"));
+        test::write_ply(sources.back(), {begin, begin + 60});
+    }
+    const Archive archive = make_archive(sources, 300);
+    const fs::path scratch = folder / "scratch";
+    fs::create_directory(scratch);
+    std::vector<ScatterState> commits;
+    ScatterRequest request{.folder = scratch, .threads = 2, .budget_bytes = 1 << 20};
+    request.commit = [&](const ScatterState& state) { commits.push_back(state); };
+    // Stopped between the second and the third commit, with blocks appended after the second.
+    const auto stop = [&](std::uint64_t) {
+        if (commits.size() == 2) {
+            throw Interrupted("stopped");
+        }
+    };
+    EXPECT_THROW(scatter(archive.survey.table, archive.plan, archive.map, request, stop),
+                 Interrupted);
+    ASSERT_EQ(commits.size(), 2U);
+    for (std::size_t i = 0; i < archive.plan.bricks.size(); i += 2) {
+        append_to_file(brick_path(scratch, i), std::vector<std::byte>(10 + i));
+    }
+    request.state = commits.back();
+    std::uint64_t told = 0;
+    const auto files = scatter(archive.survey.table, archive.plan, archive.map, request,
+                               [&](std::uint64_t points) { told += points; });
+    EXPECT_EQ(told, cloud.size()) << "what was done before counts";
+    EXPECT_GT(commits.size(), 4U);
+    expect_bricks(cloud, archive, files);
+
+    fs::resize_file(brick_path(scratch, 3), 20);
+    EXPECT_TRUE(test::refuses(brick_path(scratch, 3), [&] {
+        scatter(archive.survey.table, archive.plan, archive.map, request, [](std::uint64_t) {});
+    })) << "a file shorter than it was";
 }
 
 TEST(Scatter, KeepsPointsOfSourcesApartWhoseCoordinatesPackDifferently) {

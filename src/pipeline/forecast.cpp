@@ -31,6 +31,8 @@ constexpr std::uint64_t kFewestBricks = 12;
 // Bytes of an id in a brick file, as a difference to the one before: one for a scan in order, more
 // where neighbours are far apart in the stream.
 constexpr double kBrickIdBytes = 1.25;
+// Bytes of a voxel in the survey's file, as steps from the one before.
+constexpr double kVoxelBytes = 5;
 // Bytes of a curvature in a ranked run, as a drop from the one before.
 constexpr double kRunKeyBytes = 5.5;
 
@@ -104,7 +106,8 @@ Forecast make_forecast(const Job& job, const Survey& survey, const BrickPlan& pl
     const std::uint64_t counted = forecast.points - forecast.rejected;
     const auto packed = static_cast<double>(survey.table.packed_size());
     const double brick_point = packed + kBrickIdBytes;
-    const double bricks = brick_point * static_cast<double>(in_bricks);
+    const double bricks = brick_point * static_cast<double>(in_bricks) +
+                          kVoxelBytes * static_cast<double>(forecast.occupied_voxels);
     const double runs = (packed + kRunKeyBytes + static_cast<double>(id_bytes(forecast.points))) *
                         static_cast<double>(counted);
     // A brick file goes when its run is written: at the end, all runs and the last bricks.

@@ -4,6 +4,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -233,6 +234,9 @@ class Pipeline {
             });
         if (log_.find("scatter") == nullptr) {
             log_.record("scatter", "", Json::object());
+            // The voxels were for cutting bricks.
+            save_survey(scratch_.path() / kSurveyFile, archive.table,
+                        Occupancy(archive.occupancy.voxel_size(), std::span<const Voxel>()));
         }
         scratch_.recount();
         return files;

@@ -102,6 +102,42 @@ VoxelCoord get_voxel(ByteReader& in) {
     return {x, y, z};
 }
 
+// Voxels come in the order of a tree, so that steps are small, to either side.
+void put_step(Bytes& out, std::int32_t from, std::int32_t to) {
+    const std::int64_t step = std::int64_t{to} - from;
+    put_varint(out, static_cast<std::uint64_t>(step < 0 ? -2 * step - 1 : 2 * step));
+}
+
+std::int32_t get_step(ByteReader& in, std::int32_t from) {
+    const auto folded = static_cast<std::int64_t>(in.get_varint() & 0x3ffffffffU);
+    return static_cast<std::int32_t>(from + (folded % 2 != 0 ? -(folded + 1) / 2 : folded / 2));
+}
+
+void put_voxels(Bytes& out, std::span<const Voxel> voxels) {
+    put(out, static_cast<std::uint64_t>(voxels.size()));
+    VoxelCoord before;
+    for (const Voxel& voxel : voxels) {
+        for (int axis = 0; axis < 3; ++axis) {
+            put_step(out, before[axis], voxel.at[axis]);
+        }
+        put_varint(out, voxel.points);
+        before = voxel.at;
+    }
+}
+
+std::vector<Voxel> get_voxels(ByteReader& in) {
+    std::vector<Voxel> voxels(std::min<std::uint64_t>(in.get<std::uint64_t>(), in.left()));
+    VoxelCoord before;
+    for (Voxel& voxel : voxels) {
+        for (int axis = 0; axis < 3; ++axis) {
+            voxel.at[axis] = get_step(in, before[axis]);
+        }
+        voxel.points = static_cast<std::uint32_t>(in.get_varint());
+        before = voxel.at;
+    }
+    return voxels;
+}
+
 void put_text(Bytes& out, std::string_view text) {
     put(out, static_cast<std::uint64_t>(text.size()));
     const auto bytes = std::as_bytes(std::span(text));
@@ -139,12 +175,7 @@ void save_survey(const std::filesystem::path& path, const SourceTable& table,
     }
     put_box(out, table.box());
     put(out, occupancy.voxel_size());
-    const std::vector<Voxel> voxels = occupancy.voxels();
-    put(out, static_cast<std::uint64_t>(voxels.size()));
-    for (const Voxel& voxel : voxels) {
-        put_voxel(out, voxel.at);
-        put(out, voxel.points);
-    }
+    put_voxels(out, occupancy.voxels());
     save(path, kSurveyMagic, out);
 }
 
@@ -166,11 +197,7 @@ SavedSurvey load_survey(const std::filesystem::path& path, std::span<const Sourc
     }
     const Box box = get_box(in);
     const auto voxel_size = in.get<double>();
-    std::vector<Voxel> voxels(std::min<std::uint64_t>(in.get<std::uint64_t>(), in.left()));
-    for (Voxel& voxel : voxels) {
-        voxel.at = get_voxel(in);
-        voxel.points = in.get<std::uint32_t>();
-    }
+    const std::vector<Voxel> voxels = get_voxels(in);
     check_read(in, path);
     return {SourceTable(std::move(entries), box), Occupancy(voxel_size, voxels)};
 }
