@@ -45,19 +45,11 @@ constexpr const char* kSelectionFile = "selection";
 
 std::vector<SourceInfo> source_infos(const std::vector<fs::path>& files) {
     std::vector<SourceInfo> infos;
+    infos.reserve(files.size());
     for (const fs::path& file : files) {
         infos.push_back(open_source(file)->info());
     }
     return infos;
-}
-
-std::vector<BrickFile> brick_files(const fs::path& folder, const BrickPlan& plan,
-                                   const ScatterState& state) {
-    std::vector<BrickFile> files;
-    for (std::size_t i = 0; i < plan.bricks.size(); ++i) {
-        files.push_back(brick_file(brick_path(folder, i), plan.bricks[i], state.bricks.at(i)));
-    }
-    return files;
 }
 
 /// The stages of one job, each a value from the value before. What they leave on disk is named in
@@ -81,7 +73,7 @@ class Pipeline {
             const Scattered bricks = cut();
             const RankResult ranked = rank_all(bricks.table, bricks.files);
             const MergeResult merged = merge_all(bricks.table, ranked);
-            const Report report = emit_all(bricks.table, bricks.files.size(), ranked, merged);
+            Report report = emit_all(bricks.table, bricks.files.size(), ranked, merged);
             scratch_.keep(false);
             return report;
         } catch (const ConfigError&) {

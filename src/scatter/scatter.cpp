@@ -113,8 +113,6 @@ class Scatterer {
         return state;
     }
 
-    const std::vector<std::filesystem::path>& paths() const { return paths_; }
-
   private:
     // What was appended after the last commit is appended again.
     static void cut_back(const std::filesystem::path& path, std::uint64_t bytes) {
@@ -206,21 +204,22 @@ std::vector<BrickFile> scatter(const SourceTable& table, const BrickPlan& plan, 
         request.commit(state);
     } while (state.ranges_done < ranges.size());
 
-    std::vector<BrickFile> files;
-    for (std::size_t i = 0; i < plan.bricks.size(); ++i) {
-        files.push_back(brick_file(scatterer.paths()[i], plan.bricks[i], state.bricks[i]));
-    }
-    return files;
+    return brick_files(request.folder, plan, state);
 }
 
-BrickFile brick_file(const std::filesystem::path& path, const Brick& brick,
-                     const ScatterState::Tally& tally) {
-    return {.path = path,
-            .brick = brick,
-            .core_box = tally.core_box,
-            .core_points = tally.core_points,
-            .halo_points = tally.halo_points,
-            .bytes = tally.bytes};
+std::vector<BrickFile> brick_files(const std::filesystem::path& folder, const BrickPlan& plan,
+                                   const ScatterState& state) {
+    std::vector<BrickFile> files;
+    for (std::size_t i = 0; i < plan.bricks.size(); ++i) {
+        const ScatterState::Tally& tally = state.bricks.at(i);
+        files.push_back({.path = brick_path(folder, i),
+                         .brick = plan.bricks[i],
+                         .core_box = tally.core_box,
+                         .core_points = tally.core_points,
+                         .halo_points = tally.halo_points,
+                         .bytes = tally.bytes});
+    }
+    return files;
 }
 
 std::filesystem::path brick_path(const std::filesystem::path& folder, std::size_t brick) {

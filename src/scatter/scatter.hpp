@@ -34,9 +34,9 @@ std::vector<BrickFile> scatter(const SourceTable& table, const BrickPlan& plan, 
                                const ScatterRequest& request,
                                const std::function<void(std::uint64_t)>& advance);
 
-/// A finished brick file, as the last state has it.
-BrickFile brick_file(const std::filesystem::path& path, const Brick& brick,
-                     const ScatterState::Tally& tally);
+/// The files of a plan as a state has them.
+std::vector<BrickFile> brick_files(const std::filesystem::path& folder, const BrickPlan& plan,
+                                   const ScatterState& state);
 
 /// Where scatter() puts the file of a brick.
 std::filesystem::path brick_path(const std::filesystem::path& folder, std::size_t brick);
