@@ -47,7 +47,7 @@ Bricks random_bricks(std::mt19937_64& random, const Occupancy& occupancy) {
     return bricks;
 }
 
-VoxelCoord voxel_of(const Vec3& p, double size) {
+VoxelCoord voxel_at(const Vec3& p, double size) {
     return {static_cast<std::int32_t>(voxel_index(p.x, size)),
             static_cast<std::int32_t>(voxel_index(p.y, size)),
             static_cast<std::int32_t>(voxel_index(p.z, size))};
@@ -63,7 +63,7 @@ TEST(BrickMap, NamesTheOwnerOfEveryPointFirstAndThenAllWhoseReachHoldsIt) {
         const BrickMap map(occupancy, bricks.cores, bricks.reaches);
         BrickMap::Reader reader(map);
         for (const Vec3& p : points.positions) {
-            const VoxelCoord voxel = voxel_of(p, occupancy.voxel_size());
+            const VoxelCoord voxel = voxel_at(p, occupancy.voxel_size());
             std::vector<std::uint32_t> expected;
             for (std::uint32_t i = 0; i < bricks.cores.size(); ++i) {
                 if (bricks.cores[i].contains(voxel)) {

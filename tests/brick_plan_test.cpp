@@ -12,7 +12,7 @@ double uniform(std::mt19937_64& random, double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(random);
 }
 
-VoxelCoord voxel_of(const Vec3& p, double size) {
+VoxelCoord voxel_at(const Vec3& p, double size) {
     return {static_cast<std::int32_t>(voxel_index(p.x, size)),
             static_cast<std::int32_t>(voxel_index(p.y, size)),
             static_cast<std::int32_t>(voxel_index(p.z, size))};
@@ -40,14 +40,14 @@ TEST(BrickPlan, VoxelsTouchedHoldTheCoreAndEveryPointOfTheHalo) {
         const VoxelBox touched = voxels_touched(brick, size);
         ASSERT_TRUE(touched.contains(brick.core.min));
         ASSERT_TRUE(touched.contains(brick.core.max));
-        ASSERT_TRUE(touched.contains(voxel_of(brick.halo.min, size)));
-        ASSERT_TRUE(touched.contains(voxel_of(brick.halo.max, size)));
+        ASSERT_TRUE(touched.contains(voxel_at(brick.halo.min, size)));
+        ASSERT_TRUE(touched.contains(voxel_at(brick.halo.max, size)));
         for (int i = 0; i < 20; ++i) {
             Vec3 p;
             for (int axis = 0; axis < 3; ++axis) {
                 p[axis] = uniform(random, brick.halo.min[axis], brick.halo.max[axis]);
             }
-            ASSERT_TRUE(touched.contains(voxel_of(p, size)));
+            ASSERT_TRUE(touched.contains(voxel_at(p, size)));
         }
     }
 }

@@ -150,24 +150,5 @@ TEST(PointBlocks, OfNothingAreEmpty) {
     EXPECT_EQ(blocks.core_count + blocks.merged, 0U);
 }
 
-TEST(PointBlocks, GapsOfBoxesAreNoLongerThanAnyDistanceBetweenTheirPoints) {
-    std::mt19937_64 random(3);
-    std::uniform_real_distribution<double> uniform(-1, 1);
-    for (int round = 0; round < 10000; ++round) {
-        const auto point = [&] { return Vec3{uniform(random), uniform(random), uniform(random)}; };
-        const Vec3 p = point();
-        const Vec3 q = point();
-        Box a;
-        Box b;
-        a.extend(p);
-        b.extend(q);
-        ASSERT_EQ(squared_gap(a, b), squared_distance(p, q)) << "of points: bit for bit";
-        a.extend(point());
-        b.extend(point());
-        ASSERT_LE(squared_gap(a, b), squared_distance(p, q));
-        ASSERT_EQ(squared_gap(a, b), squared_gap(b, a));
-    }
-}
-
 }  // namespace
 }  // namespace knap

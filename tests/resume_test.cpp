@@ -291,6 +291,84 @@ TEST_F(Resume, OfTwoRunsTheSecondIsRefused) {
                 ThrowsMessage<StorageError>(HasSubstr("another run of knap works")));
 }
 
+TEST_F(Resume, ADamagedJournalIsToldAndLeftAlone) {
+    stop_in(job_, "rank", 20);
+    const fs::path journal = scratch() / "journal";
+    std::string text = test::read_bytes(journal);
+    text[text.size() / 2] ^= 1;
+    test::write_bytes(journal, text);
+    for (int attempt = 0; attempt < 2; ++attempt) {
+        EXPECT_THAT([&] { run_whole(); },
+                    ThrowsMessage<StorageError>(
+                        AllOf(HasSubstr(journal.string()), HasSubstr("--restart"))));
+    }
+    job_.restart = true;
+    EXPECT_EQ(run_whole().counts.in, 8000U);
+}
+
+TEST_F(Resume, ADamagedBrickIsMadeAgainFromTheSources) {
+    run_whole();
+    const std::string expected = result();
+    stop_in(job_, "rank", 0);
+    std::vector<fs::path> bricks;
+    for (const auto& entry : fs::directory_iterator(scratch())) {
+        if (entry.path().extension() == ".brick") {
+            bricks.push_back(entry.path());
+        }
+    }
+    ASSERT_GE(bricks.size(), 50U);
+    std::sort(bricks.begin(), bricks.end());
+    std::string bytes = test::read_bytes(bricks[10]);
+    bytes[bytes.size() / 2] ^= 4;
+    test::write_bytes(bricks[10], bytes);
+    test::write_bytes(bricks[20], test::read_bytes(bricks[20]).substr(0, 50));
+    fs::remove(bricks[30]);
+    Stopper never(kNever);
+    run(job_, never);
+    EXPECT_EQ(result() == expected, true);
+    for (const std::size_t damaged : {10, 20, 30}) {
+        EXPECT_THAT(never.notes(), testing::Contains(AllOf(HasSubstr(bricks[damaged].filename()),
+                                                           HasSubstr("again"))));
+    }
+}
+
+TEST_F(Resume, AFlippedBitInAnyScratchFileIsNoticed) {
+    run_whole();
+    const std::string expected = result();
+    std::mt19937_64 random(4);
+    int noticed = 0;
+    for (const char* stage : {"scatter", "rank", "merge", "emit"}) {
+        for (int round = 0; round < 8; ++round) {
+            job_.restart = true;
+            stop_in(job_, stage,
+                    stage == std::string("rank") || stage == std::string("merge")
+                        ? static_cast<int>(random() % 50)
+                        : 0);
+            job_.restart = false;
+            std::vector<fs::path> files;
+            for (const auto& entry : fs::directory_iterator(scratch())) {
+                if (entry.file_size() > 0) {
+                    files.push_back(entry.path());
+                }
+            }
+            std::sort(files.begin(), files.end());
+            const fs::path file = files[random() % files.size()];
+            std::string bytes = test::read_bytes(file);
+            bytes[random() % bytes.size()] ^= static_cast<char>(1 << random() % 8);
+            test::write_bytes(file, bytes);
+            // Either nothing of the file mattered any more, or the error names it.
+            try {
+                run_whole();
+                EXPECT_EQ(result() == expected, true) << file;
+            } catch (const StorageError& error) {
+                EXPECT_THAT(error.what(), HasSubstr(file.filename().string()));
+                ++noticed;
+            }
+        }
+    }
+    EXPECT_GT(noticed, 8);
+}
+
 TEST_F(Resume, ATornJournalLineIsAStepThatWasNotDone) {
     run_whole();
     const std::string expected = result();

@@ -54,7 +54,7 @@ std::vector<fs::path> write_two(const test::TemporaryFolder& folder,
     return {folder / "a.ply", folder / "b.ply"};
 }
 
-VoxelCoord voxel_of(const Vec3& p, double size) {
+VoxelCoord voxel_at(const Vec3& p, double size) {
     return {static_cast<std::int32_t>(voxel_index(p.x, size)),
             static_cast<std::int32_t>(voxel_index(p.y, size)),
             static_cast<std::int32_t>(voxel_index(p.z, size))};
@@ -74,7 +74,7 @@ Expected by_force(const std::vector<Vec3>& cloud, const Brick& brick, double vox
         if (!is_finite(p)) {
             continue;
         }
-        if (brick.core.contains(voxel_of(p, voxel_size))) {
+        if (brick.core.contains(voxel_at(p, voxel_size))) {
             expected.core[id] = {p.x, p.y, p.z};
             expected.core_box.extend(p);
         } else if (brick.halo.contains(p)) {

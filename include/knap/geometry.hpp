@@ -77,6 +77,20 @@ struct Box {
                            std::clamp(p.z, min.z, max.z)};
         return squared_distance(p, nearest);
     }
+    /// Squared distance between the nearest points of two boxes; infinite if one is empty. By the
+    /// arithmetic of squared_distance(), each step of which is monotone: no two points are nearer.
+    double squared_distance_to(const Box& other) const {
+        if (empty() || other.empty()) {
+            return std::numeric_limits<double>::infinity();
+        }
+        const auto gap = [](double low, double high, double other_low, double other_high) {
+            return std::max(std::max(other_low - high, low - other_high), 0.0);
+        };
+        return squared_distance({gap(min.x, max.x, other.min.x, other.max.x),
+                                 gap(min.y, max.y, other.min.y, other.max.y),
+                                 gap(min.z, max.z, other.min.z, other.max.z)},
+                                {0, 0, 0});
+    }
     friend bool operator==(const Box&, const Box&) = default;
 };
 

@@ -60,7 +60,7 @@ HWY_ATTR bool gather_candidates(BlockSearchWork& work, const Box& box, double re
         const std::uint32_t at = open.back();
         open.pop_back();
         const PointBlocks::Node& node = points.nodes[at];
-        if (squared_gap(box, node.box) > reach) {
+        if (box.squared_distance_to(node.box) > reach) {
             continue;
         }
         if (node.right != 0) {

@@ -39,7 +39,7 @@ double sufficient_reach(const BlockSearchWork& work, const Box& box) {
             continue;
         }
         for (const std::uint32_t child : {at + 1, at + node.right}) {
-            nearest.push({squared_gap(box, work.points.nodes[child].box), child});
+            nearest.push({box.squared_distance_to(work.points.nodes[child].box), child});
         }
     }
     return reach;

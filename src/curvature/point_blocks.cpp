@@ -178,14 +178,4 @@ PointBlocks make_blocks(std::vector<TaggedPoint> points) {
     return result;
 }
 
-double squared_gap(const Box& a, const Box& b) {
-    const auto gap = [](double a_min, double a_max, double b_min, double b_max) {
-        return std::max(std::max(b_min - a_max, a_min - b_max), 0.0);
-    };
-    const double x = gap(a.min.x, a.max.x, b.min.x, b.max.x);
-    const double y = gap(a.min.y, a.max.y, b.min.y, b.max.y);
-    const double z = gap(a.min.z, a.max.z, b.min.z, b.max.z);
-    return x * x + y * y + z * z;
-}
-
 }  // namespace knap

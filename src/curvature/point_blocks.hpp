@@ -65,8 +65,4 @@ struct PointBlocks {
 /// @param points  finite, fewer than 2^32; coincident ones are core or halo together
 PointBlocks make_blocks(std::vector<TaggedPoint> points);
 
-/// The squared distance between the nearest points of two boxes, by the arithmetic of
-/// squared_distance(): no point of one is nearer to any point of the other.
-double squared_gap(const Box& a, const Box& b);
-
 }  // namespace knap

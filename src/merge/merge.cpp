@@ -1,7 +1,6 @@
 #include "merge/merge.hpp"
 
 #include <algorithm>
-#include <limits>
 #include <mutex>
 #include <utility>
 
@@ -98,25 +97,11 @@ class Merger {
         std::vector<Box> near;
         const double reach = points.empty() ? 0 : range(points.back());
         for (std::size_t other = 0; other < boxes_.size(); ++other) {
-            if (other != i && squared_gap(boxes_[i], boxes_[other]) <= reach * reach) {
+            if (other != i && boxes_[i].squared_distance_to(boxes_[other]) <= reach * reach) {
                 near.push_back(boxes_[other]);
             }
         }
         return near;
-    }
-
-    // By the arithmetic of squared_distance(): no two points of the boxes are nearer.
-    static double squared_gap(const Box& a, const Box& b) {
-        if (a.empty() || b.empty()) {
-            return std::numeric_limits<double>::infinity();
-        }
-        const auto gap = [](double a_min, double a_max, double b_min, double b_max) {
-            return std::max({0.0, b_min - a_max, a_min - b_max});
-        };
-        const Vec3 gaps{gap(a.min.x, a.max.x, b.min.x, b.max.x),
-                        gap(a.min.y, a.max.y, b.min.y, b.max.y),
-                        gap(a.min.z, a.max.z, b.min.z, b.max.z)};
-        return squared_distance(gaps, {});
     }
 
     double range(const RankedPoint& p) const {

@@ -23,6 +23,8 @@ constexpr std::uint64_t kProcessBytes = 80 * kMiB;
 constexpr std::uint64_t kLargestGrid = 192 * kMiB;
 // Bricks smaller than this are more halo than core.
 constexpr std::uint64_t kSmallestBrick = 20'000;
+// A brick that takes longer would be long in noticing that it is to stop.
+constexpr std::uint64_t kLargestBrick = 4'000'000;
 // So that threads do not wait for the last one, and that brick files which wait for their runs are
 // a small part of the scratch.
 constexpr std::uint64_t kBricksPerThread = 4;
@@ -63,7 +65,8 @@ PlanRequest plan_request(const Job& job, const SourceTable& table, const Budgets
         std::max<std::uint64_t>(budgets.stage / threads / rank_bytes_per_point(), 1);
     const std::uint64_t points = table.points() - table.rejected();
     const std::uint64_t even =
-        std::max(points / std::max(kBricksPerThread * threads, kFewestBricks), kSmallestBrick);
+        std::clamp(points / std::max(kBricksPerThread * threads, kFewestBricks), kSmallestBrick,
+                   kLargestBrick);
     request.target_points = job.resources.brick_points > 0 ? job.resources.brick_points
                                                            : std::min(even, request.most_points);
     return request;

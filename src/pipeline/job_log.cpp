@@ -11,6 +11,7 @@ namespace knap {
 
 JobLog::JobLog(std::filesystem::path path) : path_(std::move(path)) {
     const Journal journal = read_journal(path_);
+    damaged_ = journal.damaged;
     for (const JournalEntry& entry : journal.entries) {
         auto details = nlohmann::ordered_json::parse(entry.details, nullptr, false);
         if (details.is_discarded()) {
@@ -22,7 +23,7 @@ JobLog::JobLog(std::filesystem::path path) : path_(std::move(path)) {
         entries_[{entry.stage, entry.file}] = std::move(details);
     }
     std::error_code error;
-    if (std::filesystem::exists(path_)) {
+    if (std::filesystem::exists(path_) && !damaged_) {
         std::filesystem::resize_file(path_, journal.whole_bytes, error);
     }
     if (error) {
@@ -49,6 +50,7 @@ void JobLog::clear() {
         throw StorageError(fmt::format("{}: cannot remove: {}", path_.string(), error.message()));
     }
     entries_.clear();
+    damaged_ = false;
 }
 
 }  // namespace knap

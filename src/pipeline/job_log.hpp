@@ -12,12 +12,12 @@ namespace knap {
 /// is how a job goes on where an earlier run stopped.
 class JobLog {
   public:
-    /// Reads what an earlier run recorded. What stands behind the last whole line is cut off: its
-    /// step was not finished.
+    /// Reads what an earlier run recorded. A torn last line is cut off: its step was not finished.
     /// @throws StorageError if the file cannot be read or cut
     explicit JobLog(std::filesystem::path path);
 
-    bool empty() const { return entries_.empty(); }
+    /// True if lines were lost that had been whole: what they named may be gone.
+    bool is_damaged() const { return damaged_; }
 
     /// The details of a finished step; null if it was not finished.
     const nlohmann::ordered_json* find(const std::string& stage,
@@ -32,6 +32,7 @@ class JobLog {
 
   private:
     std::filesystem::path path_;
+    bool damaged_ = false;
     std::map<std::pair<std::string, std::string>, nlohmann::ordered_json> entries_;
 };
 

@@ -2,6 +2,7 @@
 #include <fmt/ranges.h>
 
 #include <memory>
+#include <mutex>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <span>
@@ -15,13 +16,13 @@
 #include "emit/output_check.hpp"
 #include "knap/error.hpp"
 #include "knap/job.hpp"
-#include "knap/source.hpp"
 #include "merge/merge.hpp"
 #include "pipeline/forecast.hpp"
 #include "pipeline/identity.hpp"
 #include "pipeline/job_log.hpp"
 #include "pipeline/merge_files.hpp"
 #include "pipeline/rank_log.hpp"
+#include "pipeline/sources.hpp"
 #include "pipeline/stage_clock.hpp"
 #include "plan/plan.hpp"
 #include "rank/rank.hpp"
@@ -43,15 +44,6 @@ constexpr const char* kPlanFile = "plan";
 constexpr const char* kScatterFile = "scatter";
 constexpr const char* kSelectionFile = "selection";
 
-std::vector<SourceInfo> source_infos(const std::vector<fs::path>& files) {
-    std::vector<SourceInfo> infos;
-    infos.reserve(files.size());
-    for (const fs::path& file : files) {
-        infos.push_back(open_source(file)->info());
-    }
-    return infos;
-}
-
 /// The stages of one job, each a value from the value before. What they leave on disk is named in
 /// the journal before the next one needs it, and what the journal names is not made again.
 class Pipeline {
@@ -71,7 +63,7 @@ class Pipeline {
         take_up();
         try {
             const Scattered bricks = cut();
-            const RankResult ranked = rank_all(bricks.table, bricks.files);
+            const RankResult ranked = rank_all(bricks.table, bricks.plan, bricks.files);
             const MergeResult merged = merge_all(bricks.table, ranked);
             Report report = emit_all(bricks.table, bricks.files.size(), ranked, merged);
             scratch_.keep(false);
@@ -92,12 +84,20 @@ class Pipeline {
   private:
     struct Scattered {
         SourceTable table;
+        BrickPlan plan;
         std::vector<BrickFile> files;
     };
 
     // Goes on with what an earlier run left, if that was the same job.
     void take_up() {
         const Json identity = identity_of(job_, files_);
+        if (log_.is_damaged() && !job_.restart) {
+            scratch_.keep(true);
+            throw StorageError(
+                fmt::format("{}: scratch file is damaged: expected lines that match their "
+                            "checksums; --restart begins anew",
+                            (scratch_.path() / kJournal).string()));
+        }
         const Json* before = log_.find("job");
         if (before != nullptr && !job_.restart) {
             const std::string changed = difference(
@@ -147,7 +147,8 @@ class Pipeline {
             scratch_.keep(log_.find("scatter", kScatterFile) != nullptr);
             throw;
         }
-        return {archive.table, scatter_all(archive, bricks)};
+        std::vector<BrickFile> files = scatter_all(archive, bricks);
+        return {archive.table, bricks, std::move(files)};
     }
 
     Survey survey_all() {
@@ -260,7 +261,8 @@ class Pipeline {
                        advance);
     }
 
-    RankResult rank_all(const SourceTable& table, const std::vector<BrickFile>& bricks) {
+    RankResult rank_all(const SourceTable& table, const BrickPlan& plan,
+                        const std::vector<BrickFile>& bricks) {
         return clock_.time("rank", table.points() - table.rejected(), [&](const auto& advance) {
             return rank(
                 table, bricks,
@@ -273,6 +275,12 @@ class Pipeline {
                                  const BrickRank& ranked) { record_brick(log_, brick, ranked); },
                  .on_stragglers =
                      [&](const SettledStragglers& settled) { record_stragglers(log_, settled); },
+                 .remake =
+                     [&](std::size_t brick, const std::string& why) {
+                         const std::scoped_lock lock(remaking_);
+                         clock_.note(why + "; the brick is read from the sources again");
+                         scatter_again(table, plan, brick, scratch_.path(), threads_);
+                     },
                  .on_scratch = [&](std::int64_t bytes) { scratch_.grew_by(bytes); }},
                 advance);
         });
@@ -352,19 +360,8 @@ class Pipeline {
     JobLog log_;
     Progress& progress_;
     StageClock clock_;
+    std::mutex remaking_;
 };
-
-std::vector<std::filesystem::path> find_sources(const Job& job, Progress& progress) {
-    std::vector<std::filesystem::path> left_out;
-    std::vector<std::filesystem::path> files = expand_sources(job.input, &left_out);
-    if (!left_out.empty()) {
-        progress.note(
-            fmt::format("{} files of the input folders are no point clouds that knap reads, "
-                        "and are left out; the first is {}",
-                        left_out.size(), left_out.front().string()));
-    }
-    return files;
-}
 
 }  // namespace
 

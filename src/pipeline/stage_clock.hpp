@@ -5,6 +5,7 @@
 #include <functional>
 #include <mutex>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -26,6 +27,12 @@ class StageClock {
         auto result = stage(advance_);
         end();
         return result;
+    }
+
+    /// Tells the observer something, from any thread.
+    void note(std::string_view message) {
+        const std::scoped_lock lock(mutex_);
+        progress_.note(message);
     }
 
     std::vector<StageReport> take_reports() { return std::move(reports_); }

@@ -77,7 +77,7 @@ class Ranker {
             const BrickFile& file = bricks_[i];
             const auto ticket = admit(file);
             const BrickSpacing part =
-                brick_spacing(block_brick(read_whole(file)), sample, file.brick.halo, table_.box());
+                brick_spacing(block_brick(read_whole(i)), sample, file.brick.halo, table_.box());
             const std::scoped_lock lock(mutex_);
             total.sum.add(part.sum);
             total.count += part.count;
@@ -85,7 +85,7 @@ class Ranker {
                                     part.stragglers.end());
         });
         const CoreAccess cores = core_access([&](std::size_t i) {
-            const PointBlocks core = block_brick(read_core(bricks_[i]));
+            const PointBlocks core = block_brick(read_core(i));
             CorePoints points{{}, core.ids};
             points.positions.reserve(core.size());
             for (std::size_t place = 0; place < core.size(); ++place) {
@@ -120,7 +120,7 @@ class Ranker {
     BrickRank rank_one(std::size_t i, const FourierEstimator& estimator) {
         const BrickFile& file = bricks_[i];
         const auto ticket = admit(file);
-        const PointBlocks brick = block_brick(read_whole(file));
+        const PointBlocks brick = block_brick(read_whole(i));
         const RankedBrick ranked = rank_brick(brick, request_.curvature.neighbours, estimator,
                                               file.brick.halo, table_.box());
         BrickRank result;
@@ -219,17 +219,36 @@ class Ranker {
             result_.points == 0 ? 0 : sum.value() / static_cast<double>(result_.points);
     }
 
-    BrickPoints read_whole(const BrickFile& file) const {
-        BrickPoints brick = read_brick_file(file.path, table_);
-        check_count(file, "core", file.core_points, brick.core_count);
-        check_count(file, "halo", file.halo_points, brick.ids.size() - brick.core_count);
-        return brick;
+    BrickPoints read_whole(std::size_t i) const {
+        return read(i, [&] {
+            const BrickFile& file = bricks_[i];
+            BrickPoints brick = read_brick_file(file.path, table_);
+            check_count(file, "core", file.core_points, brick.core_count);
+            check_count(file, "halo", file.halo_points, brick.ids.size() - brick.core_count);
+            return brick;
+        });
     }
 
-    BrickPoints read_core(const BrickFile& file) const {
-        BrickPoints brick = read_brick_file(file.path, table_, false);
-        check_count(file, "core", file.core_points, brick.core_count);
-        return brick;
+    BrickPoints read_core(std::size_t i) const {
+        return read(i, [&] {
+            BrickPoints brick = read_brick_file(bricks_[i].path, table_, false);
+            check_count(bricks_[i], "core", bricks_[i].core_points, brick.core_count);
+            return brick;
+        });
+    }
+
+    // A damaged file is made again, once.
+    template <typename Read>
+    BrickPoints read(std::size_t i, const Read& read_file) const {
+        try {
+            return read_file();
+        } catch (const StorageError& error) {
+            if (!request_.remake) {
+                throw;
+            }
+            request_.remake(i, error.what());
+        }
+        return read_file();
     }
 
     // A file that lost whole blocks has no checksum that fails.

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "base/exact_sum.hpp"
@@ -60,6 +61,8 @@ struct RankRequest {
     std::function<void(std::size_t brick, const BrickRank&)> on_brick = [](std::size_t,
                                                                            const BrickRank&) {};
     std::function<void(const SettledStragglers&)> on_stragglers = [](const SettledStragglers&) {};
+    /// Makes a brick file that cannot be read again; none: that is an error. From any thread.
+    std::function<void(std::size_t brick, const std::string& why)> remake = nullptr;
     /// Told how many bytes of scratch a new file takes, or one that is gone gave back.
     std::function<void(std::int64_t)> on_scratch = [](std::int64_t) {};
 };

@@ -207,6 +207,39 @@ std::vector<BrickFile> scatter(const SourceTable& table, const BrickPlan& plan, 
     return brick_files(request.folder, plan, state);
 }
 
+void scatter_again(const SourceTable& table, const BrickPlan& plan, std::size_t brick,
+                   const std::filesystem::path& folder, int threads) {
+    const Brick& wanted = plan.bricks[brick];
+    const std::filesystem::path path = brick_path(folder, brick);
+    create_brick_file(path, table);
+    const std::vector<SourceInfo> infos = table.infos();
+    const std::vector<SourceRange> ranges = cut_into_ranges(infos, kRangePoints);
+    std::mutex mutex;
+    stream_ranges(infos, ranges, threads, kChunkPoints,
+                  [&](std::size_t, std::size_t range, const Chunk& chunk) {
+                      BrickBlock core;
+                      BrickBlock halo;
+                      halo.part = BrickPart::kHalo;
+                      const std::size_t source = ranges[range].source;
+                      core.source = halo.source = static_cast<std::uint32_t>(source);
+                      PointId id = table.sources()[source].first_id + chunk.first;
+                      for (const Vec3& p : chunk.positions) {
+                          if (is_finite(p) && wanted.core.contains(voxel_of(p, plan.voxel_size))) {
+                              core.add(table, id, p);
+                          } else if (is_finite(p) && wanted.halo.contains(p)) {
+                              halo.add(table, id, p);
+                          }
+                          ++id;
+                      }
+                      const std::scoped_lock lock(mutex);
+                      for (const BrickBlock* block : {&core, &halo}) {
+                          if (block->count > 0) {
+                              append_block(path, *block);
+                          }
+                      }
+                  });
+}
+
 std::vector<BrickFile> brick_files(const std::filesystem::path& folder, const BrickPlan& plan,
                                    const ScatterState& state) {
     std::vector<BrickFile> files;

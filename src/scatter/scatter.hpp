@@ -34,6 +34,11 @@ std::vector<BrickFile> scatter(const SourceTable& table, const BrickPlan& plan, 
                                const ScatterRequest& request,
                                const std::function<void(std::uint64_t)>& advance);
 
+/// Makes the file of one brick again, from the sources: for a file that was damaged since.
+/// @throws InputError, StorageError as scatter()
+void scatter_again(const SourceTable& table, const BrickPlan& plan, std::size_t brick,
+                   const std::filesystem::path& folder, int threads);
+
 /// The files of a plan as a state has them.
 std::vector<BrickFile> brick_files(const std::filesystem::path& folder, const BrickPlan& plan,
                                    const ScatterState& state);

@@ -2,7 +2,6 @@
 
 #include <openvdb/openvdb.h>
 
-#include <algorithm>
 #include <map>
 #include <optional>
 
@@ -86,12 +85,8 @@ BrickMap::Reader::Reader(Reader&&) noexcept = default;
 std::span<const std::uint32_t> BrickMap::Reader::bricks_at(const Vec3& point) {
     const Grid& grid = accessor_->grid;
     // A source that has changed may hold points that no survey saw, as far away as they like.
-    const auto index = [&](double coordinate) {
-        constexpr double kLimit = 0x1p31 - 1;
-        return static_cast<int>(
-            std::clamp(voxel_index(coordinate, grid.voxel_size), -kLimit, kLimit));
-    };
-    const Coord at(index(point.x), index(point.y), index(point.z));
+    const VoxelCoord voxel = voxel_of(point, grid.voxel_size);
+    const Coord at(voxel.x, voxel.y, voxel.z);
     const std::int32_t list = accessor_->values.getValue(at);
     if (list < 0) {
         return {};

@@ -54,6 +54,15 @@ double voxel_index(double coordinate, double voxel_size) {
     return std::floor(coordinate / voxel_size);
 }
 
+VoxelCoord voxel_of(const Vec3& point, double voxel_size) {
+    const auto index = [&](double coordinate) {
+        constexpr double kLimit = 0x1p31 - 1;
+        return static_cast<std::int32_t>(
+            std::clamp(voxel_index(coordinate, voxel_size), -kLimit, kLimit));
+    };
+    return {index(point.x), index(point.y), index(point.z)};
+}
+
 struct Occupancy::Grid {
     double voxel_size;
     std::uint64_t most_bytes;

@@ -44,6 +44,9 @@ struct VoxelBox {
 /// `coordinate`: voxel sizes are powers of two, so that the division is exact.
 double voxel_index(double coordinate, double voxel_size);
 
+/// The voxel that holds a point; far beyond all voxels for points as far away.
+VoxelCoord voxel_of(const Vec3& point, double voxel_size);
+
 /// How many points lie in each voxel of an archive: a sparse OpenVDB grid.
 ///
 /// Voxel sizes are powers of two, so that a coarser grid's voxels are unions of a finer one's. The

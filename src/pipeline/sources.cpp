@@ -1,0 +1,32 @@
+#include "pipeline/sources.hpp"
+
+#include <fmt/format.h>
+
+#include "knap/source.hpp"
+
+namespace knap {
+
+namespace fs = std::filesystem;
+
+std::vector<fs::path> find_sources(const Job& job, Progress& progress) {
+    std::vector<fs::path> left_out;
+    std::vector<fs::path> files = expand_sources(job.input, &left_out);
+    if (!left_out.empty()) {
+        progress.note(
+            fmt::format("{} files of the input folders are no point clouds that knap reads, "
+                        "and are left out; the first is {}",
+                        left_out.size(), left_out.front().string()));
+    }
+    return files;
+}
+
+std::vector<SourceInfo> source_infos(const std::vector<fs::path>& files) {
+    std::vector<SourceInfo> infos;
+    infos.reserve(files.size());
+    for (const fs::path& file : files) {
+        infos.push_back(open_source(file)->info());
+    }
+    return infos;
+}
+
+}  // namespace knap
