@@ -166,10 +166,14 @@ TEST(Scatter, GoesOnWhereItsLastCommitWasWhateverWasAppendedSince) {
     fs::create_directory(scratch);
     std::vector<ScatterState> commits;
     ScatterRequest request{.folder = scratch, .threads = 2, .budget_bytes = 1 << 20};
-    request.commit = [&](const ScatterState& state) { commits.push_back(state); };
+    std::atomic<std::size_t> committed{0};
+    request.commit = [&](const ScatterState& state) {
+        commits.push_back(state);
+        ++committed;
+    };
     // Stopped between the second and the third commit, with blocks appended after the second.
     const auto stop = [&](std::uint64_t) {
-        if (commits.size() == 2) {
+        if (committed == 2) {
             throw Interrupted("stopped");
         }
     };
@@ -180,7 +184,7 @@ TEST(Scatter, GoesOnWhereItsLastCommitWasWhateverWasAppendedSince) {
         append_to_file(brick_path(scratch, i), std::vector<std::byte>(10 + i));
     }
     request.state = commits.back();
-    std::uint64_t told = 0;
+    std::atomic<std::uint64_t> told{0};
     const auto files = scatter(archive.survey.table, archive.plan, archive.map, request,
                                [&](std::uint64_t points) { told += points; });
     EXPECT_EQ(told, cloud.size()) << "what was done before counts";
