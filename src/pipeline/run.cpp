@@ -109,7 +109,7 @@ class Pipeline {
                     "away",
                     scratch_.path().string(), changed));
             }
-            scratch_.keep(log_.find("survey") != nullptr);
+            scratch_.keep(log_.find("survey", kSurveyFile) != nullptr);
             progress_.note(
                 fmt::format("goes on with the unfinished run in {}", scratch_.path().string()));
             return;
@@ -120,7 +120,7 @@ class Pipeline {
     }
 
     bool is_as_surveyed(std::size_t source) const {
-        const Json* survey = log_.find("survey");
+        const Json* survey = log_.find("survey", kSurveyFile);
         return survey == nullptr ||
                survey->at("xxh3").at(source) == xxh3_128_of_file(files_[source]);
     }
@@ -139,6 +139,7 @@ class Pipeline {
         const Survey archive = survey_all();
         const BrickPlan bricks = plan(archive);
         Forecast forecast = make_forecast(job_, archive, bricks);
+        scratch_.recount();
         forecast.scratch_free_bytes += scratch_.used_bytes();
         try {
             check_forecast(forecast, job_, scratch_.path());
@@ -154,7 +155,7 @@ class Pipeline {
     Survey survey_all() {
         const fs::path file = scratch_.path() / kSurveyFile;
         Survey archive = clock_.time("survey", 0, [&](const auto& advance) -> Survey {
-            if (log_.find("survey") != nullptr) {
+            if (log_.find("survey", kSurveyFile) != nullptr) {
                 SavedSurvey saved = load_survey(file, source_infos(files_));
                 advance(saved.table.points());
                 return {std::move(saved.table), std::move(saved.occupancy)};
@@ -162,15 +163,14 @@ class Pipeline {
             return survey({.files = files_, .threads = threads_, .budget_bytes = budgets_.survey},
                           advance);
         });
-        if (log_.find("survey") == nullptr) {
+        if (log_.find("survey", kSurveyFile) == nullptr) {
             tell_what_stays_behind(archive.table);
             save_survey(file, archive.table, archive.occupancy);
             Json digests = Json::array();
             for (const SourceEntry& source : archive.table.sources()) {
                 digests.push_back(source.xxh3);
             }
-            log_.record("survey", kSurveyFile, Json::object());
-            log_.record("survey", "",
+            log_.record("survey", kSurveyFile,
                         {{"points", archive.table.points()},
                          {"rejected", archive.table.rejected()},
                          {"xxh3", digests}});
