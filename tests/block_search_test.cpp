@@ -112,7 +112,7 @@ TEST(BlockSearch, EqualsTheTreeForAnyCloudAndNumberOfNeighbours) {
 
 TEST(BlockSearch, SettlesEqualDistancesById) {
     for (const int side : {2, 3, 7, 12}) {
-        for (const double step : {0.1, 1.0, 1e-80, 1e-170}) {
+        for (const double step : {0.1, 1.0, 1e-80, 2e-161, 3e-162, 1e-170}) {
             const PointBlocks points = blocks_of(lattice(side, step));
             const std::vector<std::uint8_t> all(points.size(), 1);
             for (const std::size_t k : {1, 5, 6, 26, 30}) {

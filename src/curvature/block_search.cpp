@@ -234,10 +234,12 @@ class Search {
     }
 
   private:
-    // Never beyond what is certain to do.
+    // Never beyond what is certain to do. What is too small to grow goes there at once.
     void widen() {
+        const double before = reach_;
         reach_ = reach_ > sufficient() / 256 ? std::min(reach_ * kGrowth, sufficient())
                                              : sufficient() / 16;
+        reach_ = reach_ > before ? reach_ : sufficient();
         gather_candidates(work_, box_, reach_, kAnyNumber);
     }
 
