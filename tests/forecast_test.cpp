@@ -8,7 +8,7 @@
 #include "base/file.hpp"
 #include "base/scratch.hpp"
 #include "knap/error.hpp"
-#include "rank/rank.hpp"
+#include "rank/held_bricks.hpp"
 #include "support/clouds.hpp"
 
 namespace knap {

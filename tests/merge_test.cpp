@@ -12,6 +12,7 @@
 
 #include "base/threads.hpp"
 #include "knap/error.hpp"
+#include "merge/range_law.hpp"
 #include "support/clouds.hpp"
 #include "support/cut_cloud.hpp"
 
@@ -298,7 +299,7 @@ TEST(Merge, HandsOnWhatAStreamThrows) {
                  StorageError);
 }
 
-TEST(RangeOf, NeverDecreasesAlongTheOrderAndStaysWithinItsFactors) {
+TEST(RangeLaw, NeverDecreasesAlongTheOrderAndStaysWithinItsFactors) {
     std::mt19937_64 random(4);
     for (int round = 0; round < 10000; ++round) {
         Box box;
@@ -311,12 +312,13 @@ TEST(RangeOf, NeverDecreasesAlongTheOrderAndStaysWithinItsFactors) {
         };
         const double a = any();
         const double b = any();
-        EXPECT_LE(range_of(std::max(a, b), mean, range), range_of(std::min(a, b), mean, range));
-        EXPECT_GE(range_of(a, mean, range), range.alpha * range.min_factor);
-        EXPECT_LE(range_of(a, mean, range), range.alpha * range.max_factor);
+        const RangeLaw law(range, mean);
+        EXPECT_LE(law.of(std::max(a, b)), law.of(std::min(a, b)));
+        EXPECT_GE(law.of(a), range.alpha * range.min_factor);
+        EXPECT_LE(law.of(a), range.alpha * range.max_factor);
     }
-    EXPECT_EQ(range_of(3, 3, {.alpha = 0.25}), 0.25) << "alpha is the range at mean curvature";
-    EXPECT_EQ(range_of(0, 0, {.alpha = 0.25}), 2.0) << "a cloud without curvature";
+    EXPECT_EQ(RangeLaw({.alpha = 0.25}, 3).of(3), 0.25) << "alpha is the range at mean curvature";
+    EXPECT_EQ(RangeLaw({.alpha = 0.25}, 0).of(0), 2.0) << "a cloud without curvature";
 }
 
 }  // namespace

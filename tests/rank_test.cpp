@@ -119,12 +119,15 @@ Outcome rank_cut(const std::vector<Vec3>& cloud, const test::CutCloud& cut,
     }
     std::atomic<std::uint64_t> told{0};
     Outcome outcome;
-    outcome.result = rank(table, files,
-                          {.folder = folder.path(),
-                           .curvature = params,
-                           .budget_bytes = budget,
-                           .on_scratch = [&](std::int64_t bytes) { scratch += bytes; }},
-                          [&](std::uint64_t points) { told += points; });
+    Ranking ranking(table, files,
+                    {.folder = folder.path(),
+                     .curvature = params,
+                     .budget_bytes = budget,
+                     .on_scratch = [&](std::int64_t bytes) { scratch += bytes; }});
+    const auto tell = [&](std::uint64_t points) { told += points; };
+    const double spacing = ranking.measure_spacing(tell);
+    EXPECT_EQ(told.exchange(0), core_points);
+    outcome.result = ranking.rank(spacing, tell);
     EXPECT_EQ(told, core_points);
     std::int64_t left = 0;
     for (const auto& entry : fs::directory_iterator(folder.path())) {
@@ -206,9 +209,11 @@ class DamagedBrick : public testing::Test {
     void damage(const std::string& bytes) { test::write_bytes(files_[1].path, bytes); }
     bool refused() {
         return test::refuses(files_[1].path, [&] {
-            rank(table_, files_,
-                 {.folder = folder_.path(), .curvature = {}, .budget_bytes = kAmple},
-                 [](std::uint64_t) {});
+            const auto nobody = [](std::uint64_t) {};
+            Ranking ranking(
+                table_, files_,
+                {.folder = folder_.path(), .curvature = {}, .budget_bytes = kAmple});
+            ranking.rank(ranking.measure_spacing(nobody), nobody);
         });
     }
 

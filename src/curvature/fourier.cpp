@@ -10,7 +10,7 @@ std::span<const double> FourierEstimator::mean_curvatures(const Neighbourhoods& 
     work.curvatures.assign(neighbourhoods.count, 0);
     if (neighbourhoods.size >= kSmallest && series_.samples > 0) {
         find_principal_axes(neighbourhoods, work.axes);
-        find_mean_curvatures(series_, neighbourhoods, work.axes, work.curvatures);
+        find_mean_curvatures(series_, neighbourhoods, work.axes, work.heights, work.curvatures);
     }
     return work.curvatures;
 }

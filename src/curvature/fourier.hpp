@@ -6,6 +6,7 @@
 #include "curvature/fourier_series.hpp"
 #include "curvature/neighbourhoods.hpp"
 #include "curvature/principal_axes.hpp"
+#include "curvature/sections.hpp"
 #include "knap/geometry.hpp"
 #include "knap/params.hpp"
 
@@ -23,6 +24,7 @@ class FourierEstimator {
     /// Memory that is used again from call to call.
     struct Work {
         PrincipalAxes axes;
+        SectionHeights heights;
         std::vector<double> curvatures;
     };
 

@@ -28,15 +28,4 @@ FourierSeries::FourierSeries(const CurvatureParams& params, double spacing) {
     }
 }
 
-double FourierSeries::curvature(const std::array<double, kMostSamples>& g) const {
-    double slope = 0;
-    double bend = 0;
-    for (std::size_t l = 0; l < samples; ++l) {
-        slope += first[l] * g[l];
-        bend += second[l] * g[l];
-    }
-    const double steepness = 1 + slope * slope;
-    return bend / (steepness * std::sqrt(steepness));
-}
-
 }  // namespace knap

@@ -22,10 +22,6 @@ struct FourierSeries {
     /// @param params   valid
     /// @param spacing  mean nearest-neighbour distance, cloud units, >= 0; 0 leaves no samples
     FourierSeries(const CurvatureParams& params, double spacing);
-
-    /// kappa = f'' / (1 + f'^2)^(3/2) at the origin, 1 / cloud unit.
-    /// @param g  heights at the samples, cloud units
-    double curvature(const std::array<double, kMostSamples>& g) const;
 };
 
 }  // namespace knap

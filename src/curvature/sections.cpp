@@ -1,9 +1,11 @@
 #include "curvature/sections.hpp"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 
 // Highway compiles this file once for every set of instructions and picks one at run time.
@@ -20,23 +22,43 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 const hn::ScalableTag<double> kDoubles;
 
+const hn::ScalableTag<std::int64_t> kIndices;
+
 using Doubles = hn::Vec<hn::ScalableTag<double>>;
+using Indices = hn::Vec<hn::ScalableTag<std::int64_t>>;
 using Mask = hn::Mask<hn::ScalableTag<double>>;
 
 using Values = std::array<double, kMostNeighbourhood + Neighbourhoods::kPadding>;
 
+// The places of the bits that are set in a byte, lowest first, a byte each.
+constexpr std::array<std::uint64_t, 256> kSetBits = [] {
+    std::array<std::uint64_t, 256> table{};
+    for (std::uint64_t bits = 0; bits < table.size(); ++bits) {
+        int count = 0;
+        for (std::uint64_t place = 0; place < 8; ++place) {
+            if ((bits >> place & 1) != 0) {
+                table[bits] |= place << (8 * count++);
+            }
+        }
+    }
+    return table;
+}();
+
 /// Some points of a neighbourhood.
 struct Side {
     std::size_t size = 0;
-    std::array<std::uint16_t, kMostNeighbourhood> points;
+    std::array<std::uint8_t, kMostNeighbourhood + 8> points;
 
-    void add(std::size_t first, std::uint64_t bits) {
-        for (; bits != 0; bits &= bits - 1) {
-            points[size++] = static_cast<std::uint16_t>(
-                first + static_cast<std::size_t>(std::countr_zero(bits)));
-        }
+    /// Eight places are written, whatever the bits; those behind the last one are written over.
+    void add(std::size_t first, std::uint8_t bits) {
+        constexpr std::uint64_t kEach = 0x0101010101010101U;
+        const std::uint64_t places = kSetBits[bits] + first * kEach;
+        std::memcpy(&points[size], &places, sizeof places);
+        size += static_cast<std::size_t>(std::popcount(bits));
     }
 };
+static_assert(kMostNeighbourhood <= 256, "places fit a byte");
+static_assert(std::endian::native == std::endian::little, "the lowest place comes first");
 
 /// A neighbourhood in its frame: coordinates along one axis, squared distances from that axis, and
 /// the points on either side of it.
@@ -155,34 +177,61 @@ HWY_INLINE Doubles heights_at(const HalfPlane& left, const HalfPlane& right) {
         hn::IfThenElse(hn::Eq(right.ahead, zero), right.ahead_z, hn::Div(weighted, total)));
 }
 
-HWY_INLINE double section_curvature(const FourierSeries& series, const Local& local,
-                                    const Section& section) {
-    static_assert(kMostSamples % Neighbourhoods::kPadding == 0);
-    HWY_ALIGN std::array<double, kMostSamples> g;
+// The surface's heights at the samples along one axis.
+HWY_INLINE void find_heights(const FourierSeries& series, const Local& local,
+                             const Section& section, double* g) {
     for (std::size_t l = 0; l < series.samples; l += hn::Lanes(kDoubles)) {
         const Doubles u = hn::LoadU(kDoubles, &series.u[l]);
         const HalfPlane left = nearest_on_side(section, local.z, section.left, u);
         const HalfPlane right = nearest_on_side(section, local.z, section.right, u);
-        hn::Store(heights_at(left, right), kDoubles, &g[l]);
+        hn::StoreU(heights_at(left, right), kDoubles, &g[l]);
     }
-    return series.curvature(g);
+}
+
+// kappa = f'' / (1 + f'^2)^(3/2) at the origins of some neighbourhoods, one a lane.
+HWY_INLINE Doubles curvature_of(const FourierSeries& series, const double* g, Indices rows) {
+    const Doubles one = hn::Set(kDoubles, 1.0);
+    Doubles slope = hn::Zero(kDoubles);
+    Doubles bend = hn::Zero(kDoubles);
+    for (std::size_t l = 0; l < series.samples; ++l) {
+        const Doubles height = hn::GatherIndex(kDoubles, g + l, rows);
+        slope = hn::Add(slope, hn::Mul(hn::Set(kDoubles, series.first[l]), height));
+        bend = hn::Add(bend, hn::Mul(hn::Set(kDoubles, series.second[l]), height));
+    }
+    const Doubles steepness = hn::Add(one, hn::Mul(slope, slope));
+    return hn::Div(bend, hn::Mul(steepness, hn::Sqrt(steepness)));
 }
 
 }  // namespace
 
 HWY_ATTR void mean_curvatures(const FourierSeries& series, const Neighbourhoods& of,
-                              const PrincipalAxes& frames, double* result) {
+                              const PrincipalAxes& frames, SectionHeights& heights,
+                              double* result) {
+    const std::size_t lanes = hn::Lanes(kDoubles);
+    heights.resize(of.count, series.samples);
     Local local;
     for (std::size_t i = 0; i < of.count; ++i) {
-        if (!(frames.largest[i] > 0)) {
-            result[i] = 0;
-            continue;
+        double* along_x = &heights.x[i * heights.stride];
+        double* along_y = &heights.y[i * heights.stride];
+        if (frames.largest[i] > 0) {
+            to_local(of, i, frames, local);
+            find_heights(series, local, local.x, along_x);
+            find_heights(series, local, local.y, along_y);
+        } else {
+            std::fill_n(along_x, series.samples, 0.0);
+            std::fill_n(along_y, series.samples, 0.0);
         }
-        to_local(of, i, frames, local);
-        const double h = std::abs((section_curvature(series, local, local.x) +
-                                   section_curvature(series, local, local.y)) /
-                                  2);
-        result[i] = std::isfinite(h) ? h : 0;
+    }
+    const Doubles zero = hn::Zero(kDoubles);
+    for (std::size_t i = 0; i < of.count; i += lanes) {
+        const Indices rows = hn::Mul(hn::Iota(kIndices, static_cast<std::int64_t>(i)),
+                                     hn::Set(kIndices, static_cast<std::int64_t>(heights.stride)));
+        const Doubles sum = hn::Add(curvature_of(series, heights.x.data(), rows),
+                                    curvature_of(series, heights.y.data(), rows));
+        const Doubles h = hn::Abs(hn::Div(sum, hn::Set(kDoubles, 2.0)));
+        HWY_ALIGN std::array<double, Neighbourhoods::kPadding> found;
+        hn::Store(hn::IfThenElse(hn::IsFinite(h), h, zero), kDoubles, found.data());
+        std::copy_n(found.begin(), std::min(lanes, of.count - i), result + i);
     }
 }
 
@@ -194,9 +243,20 @@ namespace knap {
 
 HWY_EXPORT(mean_curvatures);
 
+void SectionHeights::resize(std::size_t count, std::size_t samples) {
+    constexpr std::size_t kPadding = Neighbourhoods::kPadding;
+    stride = (samples + kPadding - 1) / kPadding * kPadding;
+    const std::size_t values = (count + kPadding) * stride;
+    if (x.size() < values) {
+        x.resize(values);
+        y.resize(values);
+    }
+}
+
 void find_mean_curvatures(const FourierSeries& series, const Neighbourhoods& neighbourhoods,
-                          const PrincipalAxes& axes, std::span<double> result) {
-    HWY_DYNAMIC_DISPATCH(mean_curvatures)(series, neighbourhoods, axes, result.data());
+                          const PrincipalAxes& axes, SectionHeights& heights,
+                          std::span<double> result) {
+    HWY_DYNAMIC_DISPATCH(mean_curvatures)(series, neighbourhoods, axes, heights, result.data());
 }
 
 }  // namespace knap

@@ -7,6 +7,7 @@
 #include "base/memory_gate.hpp"
 #include "base/threads.hpp"
 #include "merge/merged_stream.hpp"
+#include "merge/range_law.hpp"
 #include "merge/settle.hpp"
 #include "merge/stream_walk.hpp"
 
@@ -21,6 +22,7 @@ class Merger {
         : parts_(std::move(parts)),
           request_(request),
           advance_(advance),
+          range_(request.range, request.mean_curvature),
           gate_(request.budget_bytes) {
         for (const RankedPart& part : parts_) {
             boxes_.push_back(part.box);
@@ -60,17 +62,17 @@ class Merger {
 
     SettledPart settle_now(std::size_t i) {
         const std::vector<RankedPoint> points = take_points(parts_[i]);
-        const Settled settled = settle(ranged(points), boxes_in_reach(i, points));
+        const std::vector<Fate> fates = settle(points, range_, boxes_in_reach(i, points));
         SettledPart result;
-        for (const std::uint32_t place : settled.kept) {
-            result.kept.push_back(points[place].id);
+        std::vector<RankedPoint> open;
+        for (std::size_t place = 0; place < points.size(); ++place) {
+            if (fates[place] == Fate::kKept) {
+                result.kept.push_back(points[place].id);
+            } else if (fates[place] == Fate::kOpen) {
+                open.push_back(points[place]);
+            }
         }
         std::sort(result.kept.begin(), result.kept.end());
-        std::vector<RankedPoint> open;
-        open.reserve(settled.open.size());
-        for (const std::uint32_t place : settled.open) {
-            open.push_back(points[place]);
-        }
         result.open_points = open.size();
         result.open = request_.on_settled(i, result.kept, std::move(open));
         return result;
@@ -83,29 +85,16 @@ class Merger {
         return points;
     }
 
-    std::vector<RangedPoint> ranged(const std::vector<RankedPoint>& points) const {
-        std::vector<RangedPoint> ranged;
-        ranged.reserve(points.size());
-        for (const RankedPoint& p : points) {
-            ranged.push_back({p.position, range(p)});
-        }
-        return ranged;
-    }
-
     // Of the other parts that a ball of this one could touch. The last range is the largest.
     std::vector<Box> boxes_in_reach(std::size_t i, const std::vector<RankedPoint>& points) const {
         std::vector<Box> near;
-        const double reach = points.empty() ? 0 : range(points.back());
+        const double reach = points.empty() ? 0 : range_.of(points.back().key);
         for (std::size_t other = 0; other < boxes_.size(); ++other) {
             if (other != i && boxes_[i].squared_distance_to(boxes_[other]) <= reach * reach) {
                 near.push_back(boxes_[other]);
             }
         }
         return near;
-    }
-
-    double range(const RankedPoint& p) const {
-        return range_of(p.key, request_.mean_curvature, request_.range);
     }
 
     void keep(PointId id) {
@@ -116,6 +105,7 @@ class Merger {
     std::vector<RankedPart> parts_;
     const MergeRequest& request_;
     const std::function<void(std::uint64_t)>& advance_;
+    RangeLaw range_;
     MemoryGate gate_;
     std::vector<Box> boxes_;
     std::mutex mutex_;
@@ -131,18 +121,9 @@ std::unique_ptr<RankedStream> hold_in_memory(std::size_t /*part*/,
     return open.empty() ? nullptr : std::make_unique<RunInMemory>(std::move(open));
 }
 
-double range_of(double curvature, double mean_curvature, const RangeParams& range) {
-    const double smallest = range.alpha * range.min_factor;
-    const double largest = range.alpha * range.max_factor;
-    if (!(curvature > 0)) {
-        return largest;
-    }
-    return std::clamp(range.alpha * mean_curvature / curvature, smallest, largest);
-}
-
 std::uint64_t merge_bytes_per_point() {
-    // The points, with ranges, and where each is; the open ones once more, with their coverage.
-    return sizeof(RankedPoint) + sizeof(RangedPoint) + 4 * sizeof(std::uint32_t);
+    // The points, and what settling them takes; the open ones once more, with their coverage.
+    return sizeof(RankedPoint) + settle_bytes_per_point() + sizeof(PointId);
 }
 
 MergeResult merge(std::vector<RankedPart> parts, const MergeRequest& request,

@@ -53,10 +53,6 @@ struct MergeResult {
     std::uint64_t represented = 0;
 };
 
-/// Radius that a point stands for (method section 3), cloud units.
-/// @param curvature  |H| of the point, >= 0; 0 gives the largest radius
-double range_of(double curvature, double mean_curvature, const RangeParams& range);
-
 /// Marks ranges over the whole archive (method section 4): the points that a walk in one global
 /// order would keep.
 ///

@@ -10,6 +10,7 @@
 #include "knap/error.hpp"
 #include "merge/coverage.hpp"
 #include "merge/merged_stream.hpp"
+#include "merge/range_law.hpp"
 
 namespace knap {
 
@@ -66,13 +67,13 @@ void find_survivors(Batch& batch, const Coverage& coverage, const Box& box) {
 
 // Walks the survivors in the method's order. What was kept before does not mark them, so that only
 // those of the batch itself have to be asked. Returns the kept ones place by place.
-std::vector<RankedPoint> keep_of(const Batch& batch, const MergeRequest& request) {
-    Coverage fresh(request.box);
+std::vector<RankedPoint> keep_of(const Batch& batch, const Box& box, const RangeLaw& range) {
+    Coverage fresh(box);
     std::vector<std::uint8_t> keeps(batch.points.size());
     for (std::size_t i = 0; i < batch.points.size(); ++i) {
         const RankedPoint& point = batch.points[i];
         if (batch.survives[i] != 0 && !fresh.marks(point.position)) {
-            fresh.add(point.position, range_of(point.key, request.mean_curvature, request.range));
+            fresh.add(point.position, range.of(point.key));
             keeps[i] = 1;
         }
     }
@@ -101,6 +102,7 @@ void walk_streams(std::vector<std::unique_ptr<RankedStream>> streams, const Merg
                   const std::function<void(PointId)>& keep,
                   const std::function<void(std::uint64_t)>& advance) {
     MergedStream merged(std::move(streams));
+    const RangeLaw range(request.range, request.mean_curvature);
     Coverage coverage(request.box);
     Batch batch;
     Batch next;
@@ -113,8 +115,8 @@ void walk_streams(std::vector<std::unique_ptr<RankedStream>> streams, const Merg
             std::clamp(static_cast<std::size_t>(done / 4), kSmallestBatch, kLargestBatch);
         parallel_both([&] { merged.next(next.points, size); },
                       [&] { find_survivors(batch, coverage, request.box); });
-        for (const RankedPoint& kept : keep_of(batch, request)) {
-            coverage.add(kept.position, range_of(kept.key, request.mean_curvature, request.range));
+        for (const RankedPoint& kept : keep_of(batch, request.box, range)) {
+            coverage.add(kept.position, range.of(kept.key));
             keep(kept.id);
         }
         check_memory(coverage, request.budget_bytes);

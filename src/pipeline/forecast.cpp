@@ -8,7 +8,7 @@
 #include "base/scratch.hpp"
 #include "base/threads.hpp"
 #include "knap/error.hpp"
-#include "rank/rank.hpp"
+#include "rank/held_bricks.hpp"
 #include "scatter/scatter.hpp"
 
 namespace knap {
@@ -89,6 +89,8 @@ Forecast make_forecast(const Job& job, const Survey& survey, const BrickPlan& pl
         in_bricks += sizes.back();
         forecast.halo_points += brick.halo_points;
     }
+    const Budgets budgets = share_memory(job.resources.memory_bytes);
+    const HeldBricks held = held_bricks(sizes, static_cast<int>(threads), budgets.stage);
     std::sort(sizes.rbegin(), sizes.rend());
     forecast.largest_brick = sizes.empty() ? 0 : sizes.front();
 
@@ -101,10 +103,11 @@ Forecast make_forecast(const Job& job, const Survey& survey, const BrickPlan& pl
                                    survey_overhead_bytes(static_cast<int>(threads));
     const std::uint64_t buffers =
         scatter_buffer_bytes(forecast.bricks, static_cast<int>(threads),
-                             share_memory(job.resources.memory_bytes).stage / 4);
+                             budgets.stage / 4);
     const std::uint64_t scattering =
         planning + std::min(buffers, 2 * survey.table.packed_size() * in_bricks);
-    forecast.memory_bytes = kProcessBytes + std::max(scattering, in_work * rank_bytes_per_point());
+    forecast.memory_bytes =
+        kProcessBytes + std::max(scattering, held.bytes + in_work * rank_bytes_per_point());
 
     const std::uint64_t counted = forecast.points - forecast.rejected;
     const auto packed = static_cast<double>(survey.table.packed_size());

@@ -263,26 +263,31 @@ class Pipeline {
 
     RankResult rank_all(const SourceTable& table, const BrickPlan& plan,
                         const std::vector<BrickFile>& bricks) {
-        return clock_.time("rank", table.points() - table.rejected(), [&](const auto& advance) {
-            return rank(
-                table, bricks,
-                {.folder = scratch_.path(),
-                 .curvature = job_.curvature,
-                 .budget_bytes = budgets_.stage,
-                 .state = read_rank_state(log_, scratch_.path(), bricks.size()),
-                 .on_spacing = [&](double spacing) { record_spacing(log_, spacing); },
-                 .on_brick = [&](std::size_t brick,
-                                 const BrickRank& ranked) { record_brick(log_, brick, ranked); },
-                 .on_stragglers =
-                     [&](const SettledStragglers& settled) { record_stragglers(log_, settled); },
-                 .remake =
-                     [&](std::size_t brick, const std::string& why) {
-                         const std::scoped_lock lock(remaking_);
-                         clock_.note(why + "; the brick is read from the sources again");
-                         scatter_again(table, plan, brick, scratch_.path(), threads_);
-                     },
-                 .on_scratch = [&](std::int64_t bytes) { scratch_.grew_by(bytes); }},
-                advance);
+        Ranking ranking(
+            table, bricks,
+            {.folder = scratch_.path(),
+             .curvature = job_.curvature,
+             .budget_bytes = budgets_.stage,
+             .threads = threads_,
+             .state = read_rank_state(log_, scratch_.path(), bricks.size()),
+             .on_spacing = [&](double spacing) { record_spacing(log_, spacing); },
+             .on_brick = [&](std::size_t brick,
+                             const BrickRank& ranked) { record_brick(log_, brick, ranked); },
+             .on_stragglers =
+                 [&](const SettledStragglers& settled) { record_stragglers(log_, settled); },
+             .remake =
+                 [&](std::size_t brick, const std::string& why) {
+                     const std::scoped_lock lock(remaking_);
+                     clock_.note(why + "; the brick is read from the sources again");
+                     scatter_again(table, plan, brick, scratch_.path(), threads_);
+                 },
+             .on_scratch = [&](std::int64_t bytes) { scratch_.grew_by(bytes); }});
+        const std::uint64_t points = table.points() - table.rejected();
+        const double spacing = clock_.time("spacing", points, [&](const auto& advance) {
+            return ranking.measure_spacing(advance);
+        });
+        return clock_.time("rank", points, [&](const auto& advance) {
+            return ranking.rank(spacing, advance);
         });
     }
 

@@ -1,6 +1,8 @@
 #include "rank/curvature_pass.hpp"
 
 #include <algorithm>
+#include <bit>
+#include <boost/sort/spreadsort/integer_sort.hpp>
 #include <cmath>
 #include <limits>
 #include <mutex>
@@ -18,11 +20,35 @@ namespace {
 constexpr std::size_t kGrainBlocks = 64;
 constexpr std::size_t kGrainStragglers = 64;
 
-// A place in the order and where the point is; small, because sorting moves it about.
+// A point's rank by curvature alone, lowest first, and where it is; small, because sorting moves it
+// about.
 struct Place {
-    double key;
+    std::uint64_t rank;
     std::uint32_t index;
 };
+
+// The bits of non-negative doubles order as they do.
+std::uint64_t rank_of(double curvature) {
+    return ~std::bit_cast<std::uint64_t>(curvature);
+}
+
+// In the method's order. Equal curvatures are few, so that they are put in order apart.
+void sort_places(std::vector<Place>& places, const PointBlocks& brick) {
+    boost::sort::spreadsort::integer_sort(
+        places.begin(), places.end(),
+        [](const Place& place, unsigned shift) { return place.rank >> shift; },
+        [](const Place& a, const Place& b) { return a.rank < b.rank; });
+    for (auto first = places.begin(); first != places.end();) {
+        const auto last = std::find_if(
+            first, places.end(), [&](const Place& place) { return place.rank != first->rank; });
+        if (last - first > 1) {
+            std::sort(first, last, [&](const Place& a, const Place& b) {
+                return ranks_before(0, brick.ids[a.index], 0, brick.ids[b.index]);
+            });
+        }
+        first = last;
+    }
+}
 
 // |H| of each core point; NaN where the neighbours are not certain, whose bound is kept instead.
 struct Pass {
@@ -72,16 +98,15 @@ RankedBrick rank_brick(const PointBlocks& brick, int neighbours, const FourierEs
     places.reserve(brick.core_count);
     for (std::size_t i = 0; i < pass.curvature.size(); ++i) {
         if (pass.curvature[i] >= 0) {
-            places.push_back({pass.curvature[i], static_cast<std::uint32_t>(i)});
+            places.push_back({rank_of(pass.curvature[i]), static_cast<std::uint32_t>(i)});
             ranked.curvature_sum.add(pass.curvature[i]);
         }
     }
-    std::sort(places.begin(), places.end(), [&](const Place& a, const Place& b) {
-        return ranks_before(a.key, brick.ids[a.index], b.key, brick.ids[b.index]);
-    });
+    sort_places(places, brick);
     ranked.points.reserve(places.size());
     for (const Place& place : places) {
-        ranked.points.push_back({place.key, brick.ids[place.index], brick.position(place.index)});
+        ranked.points.push_back(
+            {pass.curvature[place.index], brick.ids[place.index], brick.position(place.index)});
     }
     ranked.stragglers = std::move(pass.stragglers);
     std::sort(ranked.stragglers.begin(), ranked.stragglers.end(),

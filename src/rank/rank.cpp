@@ -16,6 +16,7 @@
 #include "knap/error.hpp"
 #include "rank/brick_blocks.hpp"
 #include "rank/curvature_pass.hpp"
+#include "rank/held_bricks.hpp"
 #include "rank/spacing.hpp"
 #include "store/ranked_run.hpp"
 
@@ -38,22 +39,42 @@ struct StragglerGroup {
     }
 };
 
-class Ranker {
+HeldBricks bricks_to_hold(const std::vector<BrickFile>& bricks, const RankRequest& request) {
+    std::vector<std::uint64_t> points;
+    points.reserve(bricks.size());
+    for (const BrickFile& file : bricks) {
+        points.push_back(file.core_points + file.halo_points);
+    }
+    return held_bricks(points, request.threads, request.budget_bytes);
+}
+
+}  // namespace
+
+class Ranking::Passes {
   public:
-    Ranker(const SourceTable& table, const std::vector<BrickFile>& bricks,
-           const RankRequest& request, const std::function<void(std::uint64_t)>& advance)
+    Passes(const SourceTable& table, const std::vector<BrickFile>& bricks, RankRequest request)
         : table_(table),
           bricks_(bricks),
-          request_(request),
-          advance_(advance),
-          gate_(request.budget_bytes) {}
+          request_(std::move(request)),
+          held_(bricks_to_hold(bricks, request_).count),
+          gate_(request_.budget_bytes - bricks_to_hold(bricks, request_).bytes) {}
 
-    RankResult rank() {
+    double spacing(const Advance& advance) {
+        if (request_.state.spacing) {
+            advance(table_.points() - table_.rejected());
+            return *request_.state.spacing;
+        }
+        const double spacing = measure_spacing(advance);
+        request_.on_spacing(spacing);
+        return spacing;
+    }
+
+    RankResult rank(double spacing, const Advance& advance) {
         done_ = request_.state.bricks;
         done_.resize(bricks_.size());
-        result_.spacing = spacing();
-        const FourierEstimator estimator(request_.curvature, result_.spacing);
-        rank_bricks(estimator);
+        result_.spacing = spacing;
+        const FourierEstimator estimator(request_.curvature, spacing);
+        rank_bricks(estimator, advance);
         const SettledStragglers settled = stragglers(estimator);
         remove_straggler_runs();
         collect(settled);
@@ -61,24 +82,20 @@ class Ranker {
     }
 
   private:
-    double spacing() {
-        if (request_.state.spacing) {
-            return *request_.state.spacing;
-        }
-        const double spacing = measure_spacing();
-        request_.on_spacing(spacing);
-        return spacing;
-    }
-
-    double measure_spacing() {
+    double measure_spacing(const Advance& advance) {
         const SpacingSample sample(table_.points() - table_.rejected());
         BrickSpacing total;
         parallel_tasks(bricks_.size(), [&](std::size_t i) {
             const BrickFile& file = bricks_[i];
             const auto ticket = admit(file);
+            PointBlocks brick = block_brick(read_whole(i));
             const BrickSpacing part =
-                brick_spacing(block_brick(read_whole(i)), sample, file.brick.halo, table_.box());
+                brick_spacing(brick, sample, file.brick.halo, table_.box());
+            if (i < held_.size()) {
+                held_[i] = std::move(brick);
+            }
             const std::scoped_lock lock(mutex_);
+            advance(file.core_points);
             total.sum.add(part.sum);
             total.count += part.count;
             total.stragglers.insert(total.stragglers.end(), part.stragglers.begin(),
@@ -102,7 +119,7 @@ class Ranker {
         return total.count == 0 ? 0 : total.sum.value() / static_cast<double>(total.count);
     }
 
-    void rank_bricks(const FourierEstimator& estimator) {
+    void rank_bricks(const FourierEstimator& estimator, const Advance& advance) {
         parallel_tasks(bricks_.size(), [&](std::size_t i) {
             const BrickFile& file = bricks_[i];
             if (!done_[i]) {
@@ -113,14 +130,14 @@ class Ranker {
             }
             const std::scoped_lock lock(mutex_);
             remove(file.path);
-            advance_(file.core_points);
+            advance(file.core_points);
         });
     }
 
     BrickRank rank_one(std::size_t i, const FourierEstimator& estimator) {
         const BrickFile& file = bricks_[i];
         const auto ticket = admit(file);
-        const PointBlocks brick = block_brick(read_whole(i));
+        const PointBlocks brick = take_blocks(i);
         const RankedBrick ranked = rank_brick(brick, request_.curvature.neighbours, estimator,
                                               file.brick.halo, table_.box());
         BrickRank result;
@@ -133,6 +150,13 @@ class Ranker {
         result.merged = brick.merged;
         result.curvature_sum = ranked.curvature_sum;
         return result;
+    }
+
+    PointBlocks take_blocks(std::size_t i) {
+        if (i < held_.size() && held_[i]) {
+            return *std::exchange(held_[i], std::nullopt);
+        }
+        return block_brick(read_whole(i));
     }
 
     SettledStragglers stragglers(const FourierEstimator& estimator) {
@@ -323,27 +347,26 @@ class Ranker {
 
     const SourceTable& table_;
     const std::vector<BrickFile>& bricks_;
-    const RankRequest& request_;
-    const std::function<void(std::uint64_t)>& advance_;
+    RankRequest request_;
+    std::vector<std::optional<PointBlocks>> held_;
     MemoryGate gate_;
     std::mutex mutex_;
     std::vector<std::optional<BrickRank>> done_;
     RankResult result_;
 };
 
-}  // namespace
+Ranking::Ranking(const SourceTable& table, const std::vector<BrickFile>& bricks,
+                 RankRequest request)
+    : passes_(std::make_unique<Passes>(table, bricks, std::move(request))) {}
 
-std::uint64_t rank_bytes_per_point() {
-    // The blocks, a curvature, a place in the order and a ranked point each; before that, making
-    // the blocks.
-    return std::max<std::uint64_t>(
-        PointBlocks::kBytesPerPoint + 2 * sizeof(double) + sizeof(double) + sizeof(RankedPoint),
-        PointBlocks::kMakingBytesPerPoint);
+Ranking::~Ranking() = default;
+
+double Ranking::measure_spacing(const Advance& advance) {
+    return passes_->spacing(advance);
 }
 
-RankResult rank(const SourceTable& table, const std::vector<BrickFile>& bricks,
-                const RankRequest& request, const std::function<void(std::uint64_t)>& advance) {
-    return Ranker(table, bricks, request, advance).rank();
+RankResult Ranking::rank(double spacing, const Advance& advance) {
+    return passes_->rank(spacing, advance);
 }
 
 }  // namespace knap

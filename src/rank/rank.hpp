@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -53,7 +54,8 @@ struct RankState {
 struct RankRequest {
     std::filesystem::path folder;  ///< exists; gets a run a brick
     CurvatureParams curvature;
-    std::uint64_t budget_bytes = 0;  ///< for all bricks in work
+    std::uint64_t budget_bytes = 0;  ///< for the bricks in work, and those held between passes
+    int threads = 1;                 ///< bricks in work at a time, >= 1
     RankState state = {};            ///< where an earlier run stopped
     /// Told each step when what it leaves is in place; one call at a time. What a step needed is
     /// removed only after that.
@@ -82,12 +84,29 @@ struct RankResult {
 ///
 /// Two passes: the first measures the spacing, which scales the estimator of the second. Points
 /// whose neighbours are not certain to lie in their brick are gathered from all bricks after each.
-/// @param advance  told how many core points were handled; each point counts once
-/// @throws StorageError if scratch cannot be read or written
-RankResult rank(const SourceTable& table, const std::vector<BrickFile>& bricks,
-                const RankRequest& request, const std::function<void(std::uint64_t)>& advance);
+class Ranking {
+  public:
+    /// What is told how many core points were handled; each point counts once.
+    using Advance = std::function<void(std::uint64_t)>;
 
-/// Bytes of memory that a point of a brick (core or halo) takes while the brick is ranked.
-std::uint64_t rank_bytes_per_point();
+    /// @param table, bricks  must outlive the object
+    Ranking(const SourceTable& table, const std::vector<BrickFile>& bricks, RankRequest request);
+    ~Ranking();
+    Ranking(const Ranking&) = delete;
+    Ranking& operator=(const Ranking&) = delete;
+
+    /// The first pass.
+    /// @return mean distance to the nearest other point, cloud units
+    /// @throws StorageError if scratch cannot be read
+    double measure_spacing(const Advance& advance);
+
+    /// The second pass.
+    /// @throws StorageError if scratch cannot be read or written
+    RankResult rank(double spacing, const Advance& advance);
+
+  private:
+    class Passes;
+    std::unique_ptr<Passes> passes_;
+};
 
 }  // namespace knap

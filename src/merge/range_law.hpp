@@ -1,0 +1,25 @@
+#pragma once
+
+#include "knap/params.hpp"
+
+namespace knap {
+
+/// The radius that a point stands for, from its curvature (method section 3). It never grows with
+/// the curvature, so that ranges never decrease along the method's order.
+class RangeLaw {
+  public:
+    /// @param range           valid
+    /// @param mean_curvature  of the archive, 1 / cloud unit, >= 0
+    RangeLaw(const RangeParams& range, double mean_curvature)
+        : range_(range), mean_curvature_(mean_curvature) {}
+
+    /// @param curvature  |H| of the point, >= 0; 0 gives the largest radius
+    /// @return           > 0, cloud units; may be infinite
+    double of(double curvature) const;
+
+  private:
+    RangeParams range_;
+    double mean_curvature_;
+};
+
+}  // namespace knap
