@@ -31,9 +31,13 @@ constexpr int kMostSteps = 12;
 
 const hn::ScalableTag<double> kDoubles;
 const hn::ScalableTag<std::uint64_t> kPlaces;
-const hn::ScalableTag<std::int64_t> kIndices;
 
 using Doubles = hn::Vec<hn::ScalableTag<double>>;
+
+// first, first + 1, ...: Iota() of a number that is not known beforehand goes through memory.
+HWY_INLINE hn::Vec<hn::ScalableTag<std::uint64_t>> places_from(std::size_t first) {
+    return hn::Add(hn::Iota(kPlaces, 0), hn::Set(kPlaces, first));
+}
 
 // By the arithmetic of squared_distance().
 HWY_INLINE Doubles squared_length(Doubles x, Doubles y, Doubles z) {
@@ -84,7 +88,7 @@ HWY_ATTR bool gather_candidates(BlockSearchWork& work, const Box& box, double re
             hn::CompressStore(x, near, kDoubles, &work.x[count]);
             hn::CompressStore(y, near, kDoubles, &work.y[count]);
             hn::CompressStore(z, near, kDoubles, &work.z[count]);
-            hn::CompressStore(hn::Iota(kPlaces, i), hn::RebindMask(kPlaces, near), kPlaces,
+            hn::CompressStore(places_from(i), hn::RebindMask(kPlaces, near), kPlaces,
                               &work.places[count]);
             count += hn::CountTrue(kDoubles, near);
         }
@@ -109,7 +113,7 @@ HWY_ATTR std::size_t keep_near(BlockSearchWork& work, const Vec3& p, double thre
                                                hn::Sub(hn::LoadU(kDoubles, &work.z[i]), z));
         const auto near = hn::Le(squared, limit);
         hn::CompressStore(squared, near, kDoubles, &work.near[count]);
-        hn::CompressStore(hn::Iota(kPlaces, i), hn::RebindMask(kPlaces, near), kPlaces,
+        hn::CompressStore(places_from(i), hn::RebindMask(kPlaces, near), kPlaces,
                           &work.which[count]);
         count += hn::CountTrue(kDoubles, near);
     }
@@ -144,23 +148,16 @@ HWY_ATTR void write_neighbourhood(BlockSearchWork& work, std::size_t at, std::si
     Neighbourhoods& found = work.found;
     const Vec3 p = work.points.position(centre);
     const std::size_t begin = at * found.stride;
-    const Doubles x = hn::Set(kDoubles, p.x);
-    const Doubles y = hn::Set(kDoubles, p.y);
-    const Doubles z = hn::Set(kDoubles, p.z);
+    for (std::size_t i = 0; i < work.wanted; ++i) {
+        const std::uint64_t which = work.which[i];
+        found.x[begin + i] = work.x[which] - p.x;
+        found.y[begin + i] = work.y[which] - p.y;
+        found.z[begin + i] = work.z[which] - p.z;
+    }
     Doubles reach = hn::Zero(kDoubles);
     for (std::size_t i = 0; i < work.wanted; i += hn::Lanes(kDoubles)) {
         const auto valid = hn::FirstN(kDoubles, work.wanted - i);
-        // Behind the last one the first candidate is written again; it does not count.
-        const auto which =
-            hn::IfThenElseZero(hn::RebindMask(kPlaces, valid), hn::LoadU(kPlaces, &work.which[i]));
-        const auto index = hn::BitCast(kIndices, which);
         reach = hn::Max(reach, hn::IfThenElseZero(valid, hn::LoadU(kDoubles, &work.near[i])));
-        const auto offset = [&](const std::vector<double>& from, Doubles centre_of) HWY_ATTR {
-            return hn::Sub(hn::GatherIndex(kDoubles, from.data(), index), centre_of);
-        };
-        hn::StoreU(offset(work.x, x), kDoubles, &found.x[begin + i]);
-        hn::StoreU(offset(work.y, y), kDoubles, &found.y[begin + i]);
-        hn::StoreU(offset(work.z, z), kDoubles, &found.z[begin + i]);
     }
     found.centres[at] = static_cast<std::uint32_t>(centre);
     found.squared_reaches[at] = work.wanted > work.k ? hn::GetLane(hn::MaxOfLanes(kDoubles, reach))

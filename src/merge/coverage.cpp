@@ -14,6 +14,7 @@ constexpr double kRounding = 1e-14;
 // Smallest cell over the largest coordinate: far above kRounding, or else the rounding of a centre
 // would spread it over any number of cells.
 constexpr double kSmallestCell = 0x1p-36;
+constexpr int kSmallestExponent = -1000;
 constexpr std::uint64_t kEntriesPerBucket = 4;
 
 struct Cell {
@@ -22,16 +23,17 @@ struct Cell {
     std::int64_t z;
 };
 
-// floor(coordinate / cell_size): monotone in the coordinate, since cell sizes are powers of two. No
+// floor(coordinate / cell size): monotone in the coordinate, since cell sizes are powers of two. No
 // cell is so small that the quotient leaves 64 bits.
-std::int64_t cell_index(double coordinate, double cell_size) {
-    const double quotient = coordinate / cell_size;
+std::int64_t cell_index(double coordinate, double cells_per_unit) {
+    const double quotient = coordinate * cells_per_unit;
     const auto truncated = static_cast<std::int64_t>(quotient);
     return truncated - (quotient < static_cast<double>(truncated) ? 1 : 0);
 }
 
-Cell cell_of(const Vec3& p, double cell_size) {
-    return {cell_index(p.x, cell_size), cell_index(p.y, cell_size), cell_index(p.z, cell_size)};
+Cell cell_of(const Vec3& p, double cells_per_unit) {
+    return {cell_index(p.x, cells_per_unit), cell_index(p.y, cells_per_unit),
+            cell_index(p.z, cells_per_unit)};
 }
 
 // Cells of a 4 x 4 x 4 block share a stretch of 64 buckets, so that neighbours are near in memory.
@@ -84,16 +86,17 @@ Coverage::Level& Coverage::level_for(double range) {
     // range = f * 2^e with f in [0.5, 1), so cells of 2^(e + 1) are 2 to 4 ranges wide.
     int exponent = 0;
     std::frexp(std::max(range, smallest_cell_ / 2), &exponent);
-    const double cell_size = std::ldexp(1.0, exponent + 1);
+    // The inverse of every power of two down to this one is a power of two as well.
+    const double cells_per_unit = std::ldexp(1.0, -std::max(exponent + 1, kSmallestExponent));
     const auto known = std::find_if(levels_.begin(), levels_.end(), [&](const Level& level) {
-        return level.cell_size == cell_size;
+        return level.cells_per_unit == cells_per_unit;
     });
     if (known != levels_.end()) {
         return *known;
     }
     // Ranges grow along the order, so the newest level is the likeliest to mark.
     Level level;
-    level.cell_size = cell_size;
+    level.cells_per_unit = cells_per_unit;
     level.heads.resize(kFirstBuckets);
     return *levels_.insert(levels_.begin(), std::move(level));
 }
@@ -103,9 +106,9 @@ void Coverage::insert(Level& level, std::uint32_t centre) const {
     const double reach = std::sqrt(centres_[centre].squared_range) * kPadding;
     const auto padded = [&](double c) { return reach + std::abs(c) * kRounding; };
     const Cell low =
-        cell_of({p.x - padded(p.x), p.y - padded(p.y), p.z - padded(p.z)}, level.cell_size);
+        cell_of({p.x - padded(p.x), p.y - padded(p.y), p.z - padded(p.z)}, level.cells_per_unit);
     const Cell high =
-        cell_of({p.x + padded(p.x), p.y + padded(p.y), p.z + padded(p.z)}, level.cell_size);
+        cell_of({p.x + padded(p.x), p.y + padded(p.y), p.z + padded(p.z)}, level.cells_per_unit);
     for (std::int64_t x = low.x; x <= high.x; ++x) {
         for (std::int64_t y = low.y; y <= high.y; ++y) {
             for (std::int64_t z = low.z; z <= high.z; ++z) {
@@ -138,7 +141,7 @@ bool Coverage::marks(const Vec3& p) const {
         return true;
     }
     for (const Level& level : levels_) {
-        const std::size_t bucket = bucket_of(cell_of(p, level.cell_size), level.heads.size());
+        const std::size_t bucket = bucket_of(cell_of(p, level.cells_per_unit), level.heads.size());
         for (std::uint32_t at = level.heads[bucket]; at != 0; at = level.blocks[at - 1].next) {
             const Block& block = level.blocks[at - 1];
             for (std::uint32_t i = 0; i < block.count; ++i) {

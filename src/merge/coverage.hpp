@@ -47,7 +47,7 @@ class Coverage {
     // A hash table of cells without keys: cells that share a bucket share its list, which costs
     // time but changes nothing, since every candidate is measured.
     struct Level {
-        double cell_size = 0;
+        double cells_per_unit = 0;
         std::vector<std::uint32_t> members;  // all centres of the level, each once
         std::vector<std::uint32_t> heads;    // a power of two of them; 0: empty; else 1 + a block
         std::vector<Block> blocks;
