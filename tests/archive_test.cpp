@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <random>
 #include <string>
 #include <tuple>
@@ -20,6 +21,7 @@
 #include "knap/error.hpp"
 #include "store/manifest.hpp"
 #include "support/clouds.hpp"
+#include "support/damage.hpp"
 
 namespace knap {
 namespace {
@@ -114,6 +116,7 @@ class Emit : public testing::Test {
         request.output.tile_points = 1000;
         request.memory_bytes = kMemory;
         request.threads = 2;
+        request.scratch = working_.path();
         return request;
     }
 
@@ -132,6 +135,7 @@ class Emit : public testing::Test {
         return points;
     }
 
+    test::TemporaryFolder working_;
     test::TemporaryFolder scratch_;
     fs::path folder_ = scratch_.path();
     std::vector<Vec3> points_;
@@ -144,6 +148,21 @@ class Emit : public testing::Test {
 std::size_t entries_in(const fs::path& folder) {
     return static_cast<std::size_t>(
         std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
+}
+
+void expect_same_files(const fs::path& expected, const fs::path& found) {
+    std::size_t files = 0;
+    for (const auto& entry : fs::recursive_directory_iterator(expected)) {
+        if (entry.is_regular_file()) {
+            const fs::path name = entry.path().lexically_relative(expected);
+            EXPECT_EQ(read_text_file(found / name), read_text_file(entry.path())) << name;
+            ++files;
+        }
+    }
+    for (const auto& entry : fs::recursive_directory_iterator(found)) {
+        files -= entry.is_regular_file() ? 1 : 0;
+    }
+    EXPECT_EQ(files, 0U) << "as many files";
 }
 
 std::vector<Vec3> rounded_to(const Lattice& lattice, const std::vector<Vec3>& points) {
@@ -193,15 +212,49 @@ TEST_F(Emit, TheBytesDoNotDependOnThreadsOrMemory) {
         other.threads = threads;
         other.memory_bytes = emit_memory_bytes(kept_.size(), other.output);
         other.output.overwrite = true;
+        std::int64_t scratch = 0;
+        std::int64_t most = 0;
+        other.on_scratch = [&](std::int64_t bytes) {
+            scratch += bytes;
+            most = std::max(most, scratch);
+        };
         emit(table_, selection_, other);
-        for (const auto& entry : fs::recursive_directory_iterator(one)) {
-            if (entry.is_regular_file()) {
-                const fs::path name = entry.path().lexically_relative(one);
-                EXPECT_EQ(read_text_file(folder_ / "other" / name), read_text_file(entry.path()))
-                    << name;
-            }
-        }
+        expect_same_files(one, folder_ / "other");
+        EXPECT_GT(most, static_cast<std::int64_t>(12 * kept_.size())) << "through scratch";
+        EXPECT_EQ(scratch, 0);
+        EXPECT_TRUE(fs::is_empty(working_.path()));
     }
+}
+
+TEST_F(Emit, GoesOnWithTheTilesOfAnEarlierRun) {
+    const fs::path undisturbed = make_archive();
+    EmitRequest stopped = request("other");
+    stopped.threads = 1;
+    std::map<std::size_t, ManifestTile> done;
+    stopped.tiles.on_tile = [&](std::size_t number, const ManifestTile& tile) {
+        done[number] = tile;
+        if (done.size() == 5) {
+            throw Interrupted("stopped");
+        }
+    };
+    EXPECT_THROW(emit(table_, selection_, stopped), Interrupted);
+    const fs::path partial = folder_ / "other.partial";
+    ASSERT_EQ(done.size(), 5U);
+    const auto written = fs::last_write_time(partial / done[0].file);
+    std::string damaged = read_text_file(partial / done[1].file);
+    damaged[damaged.size() / 2] ^= 1;
+    test::write_bytes(partial / done[1].file, damaged);
+    fs::remove(partial / done[2].file);
+
+    EmitRequest again = request("other");
+    again.tiles.done = done;
+    std::size_t told = 0;
+    again.tiles.on_tile = [&](std::size_t, const ManifestTile&) { ++told; };
+    const EmitResult result = emit(table_, selection_, again);
+    EXPECT_EQ(told, result.tiles);
+    expect_same_files(undisturbed, folder_ / "other");
+    EXPECT_EQ(fs::last_write_time(folder_ / "other" / done[0].file), written);
+    EXPECT_FALSE(fs::exists(partial));
 }
 
 TEST_F(Emit, APlyHoldsTheExactPositionsInSourceOrder) {

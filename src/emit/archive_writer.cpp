@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <string>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include "base/checksum.hpp"
@@ -12,8 +12,6 @@
 #include "base/memory_gate.hpp"
 #include "base/threads.hpp"
 #include "emit/draco_tile.hpp"
-#include "emit/output_folder.hpp"
-#include "emit/tiles.hpp"
 #include "knap/error.hpp"
 #include "store/manifest.hpp"
 
@@ -21,56 +19,94 @@ namespace knap {
 
 namespace {
 
-ManifestTile write_tile(const std::filesystem::path& folder, std::size_t number,
-                        std::span<const LatticeIndex> points, const LatticeBounds& bounds,
-                        const Manifest& manifest) {
+std::string tile_name(std::size_t number) {
+    return fmt::format("tiles/{:06}.drc", number);
+}
+
+std::string digest_of(std::span<const std::byte> bytes) {
+    return fmt::format("{:016x}", xxh3_64(bytes));
+}
+
+bool is_whole(const std::filesystem::path& file, const ManifestTile& tile) {
+    try {
+        const InputFile input(file);
+        std::vector<std::byte> bytes(tile.bytes);
+        return input.size() == tile.bytes && input.read_some(0, bytes) == bytes.size() &&
+               digest_of(bytes) == tile.xxh3;
+    } catch (const InputError&) {
+        return false;
+    }
+}
+
+}  // namespace
+
+ArchiveWriter::ArchiveWriter(Manifest manifest, ArchiveOutput output)
+    : manifest_(std::move(manifest)),
+      output_(std::move(output)),
+      folder_(output_.folder, output_.tiles.on_tile ? OutputFolder::Unfinished::kStays
+                                                    : OutputFolder::Unfinished::kGoes) {
+    std::error_code error;
+    std::filesystem::create_directory(folder_.path() / "tiles", error);
+    if (error) {
+        throw StorageError(fmt::format("{}: cannot create: {}",
+                                       (folder_.path() / "tiles").string(), error.message()));
+    }
+}
+
+void ArchiveWriter::add(std::span<LatticeIndex> points, std::uint64_t memory_bytes) {
+    const std::vector<TileSpan> plan = plan_tiles(points, output_.tile_points);
+    const std::size_t first = manifest_.tiles.size();
+    manifest_.tiles.resize(first + plan.size());
+    MemoryGate gate(memory_bytes);
+    run_tasks(plan.size(), output_.threads, [&](std::size_t i) {
+        const auto ticket = gate.admit(encode_memory_bytes(plan[i].count));
+        manifest_.tiles[first + i] =
+            tile(first + i, points.subspan(plan[i].first, plan[i].count), plan[i].bounds);
+        if (output_.tiles.on_tile) {
+            const std::scoped_lock lock(mutex_);
+            output_.tiles.on_tile(first + i, manifest_.tiles[first + i]);
+        }
+    });
+}
+
+ManifestTile ArchiveWriter::tile(std::size_t number, std::span<const LatticeIndex> points,
+                                 const LatticeBounds& bounds) const {
+    const auto done = output_.tiles.done.find(number);
+    const bool is_done =
+        done != output_.tiles.done.end() && is_whole(folder_.path() / done->second.file,
+                                                     done->second);
+    return is_done ? done->second : write_tile(number, points, bounds);
+}
+
+ManifestTile ArchiveWriter::write_tile(std::size_t number, std::span<const LatticeIndex> points,
+                                       const LatticeBounds& bounds) const {
     const std::vector<std::byte> bytes =
-        encode_tile(points, bounds.min, manifest.lattice, manifest.crs);
+        encode_tile(points, bounds.min, manifest_.lattice, manifest_.crs);
     ManifestTile tile;
-    tile.file = fmt::format("tiles/{:06}.drc", number);
+    tile.file = tile_name(number);
     tile.points = points.size();
-    tile.box.extend(position_of(manifest.lattice, bounds.min));
-    tile.box.extend(position_of(manifest.lattice, bounds.max));
+    tile.box.extend(position_of(manifest_.lattice, bounds.min));
+    tile.box.extend(position_of(manifest_.lattice, bounds.max));
     tile.origin = bounds.min;
     tile.bytes = bytes.size();
-    tile.xxh3 = fmt::format("{:016x}", xxh3_64(bytes));
-    AtomicFile file(folder / tile.file);
+    tile.xxh3 = digest_of(bytes);
+    AtomicFile file(folder_.path() / tile.file);
     file.write(bytes);
     file.commit();
     return tile;
 }
 
-}  // namespace
-
-std::uint64_t write_archive(std::span<LatticeIndex> points, Manifest& manifest,
-                            const ArchiveOutput& output) {
-    const std::vector<TileSpan> plan = plan_tiles(points, output.tile_points);
-    OutputFolder folder(output.folder);
-    std::error_code error;
-    std::filesystem::create_directory(folder.path() / "tiles", error);
-    if (error) {
-        throw StorageError(fmt::format("{}: cannot create: {}", (folder.path() / "tiles").string(),
-                                       error.message()));
-    }
-
-    manifest.tiles.assign(plan.size(), {});
-    MemoryGate gate(output.memory_bytes);
-    run_tasks(plan.size(), output.threads, [&](std::size_t i) {
-        const auto ticket = gate.admit(encode_memory_bytes(plan[i].count));
-        manifest.tiles[i] =
-            write_tile(folder.path(), i, points.subspan(plan[i].first, plan[i].count),
-                       plan[i].bounds, manifest);
-    });
-
+std::uint64_t ArchiveWriter::finish() {
     std::uint64_t bytes = 0;
-    manifest.box = {};
-    for (const ManifestTile& tile : manifest.tiles) {
+    manifest_.box = {};
+    for (const ManifestTile& tile : manifest_.tiles) {
         bytes += tile.bytes;
-        manifest.box.extend(tile.box);
+        manifest_.box.extend(tile.box);
     }
-    write_manifest(folder.path(), manifest);
-    bytes += std::filesystem::file_size(folder.path() / kManifestName, error);
-    folder.commit(output.overwrite);
+    write_manifest(folder_.path(), manifest_);
+    std::error_code error;
+    bytes += std::filesystem::file_size(folder_.path() / kManifestName, error);
+    folder_.commit(output_.overwrite);
     return bytes;
 }
 

@@ -2,9 +2,13 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <mutex>
 #include <span>
 
 #include "emit/lattice.hpp"
+#include "emit/output_folder.hpp"
+#include "emit/tile_log.hpp"
+#include "emit/tiles.hpp"
 #include "knap/archive.hpp"
 
 namespace knap {
@@ -12,20 +16,43 @@ namespace knap {
 /// Where an archive goes and what writing it may use.
 struct ArchiveOutput {
     std::filesystem::path folder;
-    std::uint64_t tile_points = 0;   ///< most points in a tile, >= 1
-    bool overwrite = false;          ///< replace an archive that exists
-    std::uint64_t memory_bytes = 0;  ///< for encoding, the points not counted
-    int threads = 1;                 ///< >= 1
+    std::uint64_t tile_points = 0;  ///< most points in a tile, >= 1
+    bool overwrite = false;         ///< replace an archive that exists
+    int threads = 1;                ///< >= 1
+    TileLog tiles = {};             ///< of this output, from an earlier run
 };
 
-/// Cuts the points into tiles, encodes them in parallel and writes the archive: the tiles, then
-/// the manifest, then the folder's name.
-///
-/// @param points    on manifest.lattice; reordered
-/// @param manifest  all but `tiles` and `box`, which are set here
-/// @return          bytes of all files
-/// @throws StorageError if the disk is full or fails; nothing is left then
-std::uint64_t write_archive(std::span<LatticeIndex> points, Manifest& manifest,
-                            const ArchiveOutput& output);
+/// Writes an archive: the tiles, then the manifest, then the folder's name. A tile that an earlier
+/// run has left whole is not encoded again.
+class ArchiveWriter {
+  public:
+    /// @param manifest  all but `tiles` and `box`; what is on its lattice is to be added
+    /// @throws StorageError if the folder cannot be made
+    ArchiveWriter(Manifest manifest, ArchiveOutput output);
+
+    /// Cuts points into tiles and encodes them, several at a time. The tiles follow those that
+    /// were added before.
+    /// @param points        reordered
+    /// @param memory_bytes  for encoding, the points not counted; does not change the result
+    /// @throws StorageError if the disk is full or fails
+    void add(std::span<LatticeIndex> points, std::uint64_t memory_bytes);
+
+    /// @return bytes of all files
+    /// @throws StorageError
+    std::uint64_t finish();
+
+    std::uint64_t tiles() const { return manifest_.tiles.size(); }
+
+  private:
+    ManifestTile tile(std::size_t number, std::span<const LatticeIndex> points,
+                      const LatticeBounds& bounds) const;
+    ManifestTile write_tile(std::size_t number, std::span<const LatticeIndex> points,
+                            const LatticeBounds& bounds) const;
+
+    Manifest manifest_;
+    ArchiveOutput output_;
+    OutputFolder folder_;
+    std::mutex mutex_;
+};
 
 }  // namespace knap

@@ -3,11 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <mutex>
 #include <span>
+#include <utility>
 
 #include "base/file.hpp"
 #include "emit/archive_writer.hpp"
 #include "emit/draco_tile.hpp"
+#include "emit/kept_file.hpp"
 #include "emit/kept_points.hpp"
 #include "emit/lattice.hpp"
 #include "emit/output_check.hpp"
@@ -21,19 +24,22 @@ namespace knap {
 
 namespace {
 
+void check_memory(std::uint64_t kept, const EmitRequest& request) {
+    const std::uint64_t needed = emit_memory_bytes(kept, request.output);
+    if (needed > request.memory_bytes) {
+        throw StorageError(fmt::format(
+            "{}: {} kept points need {} of memory to be written, expected at most {} "
+            "(resources.memory)",
+            request.output.path, kept, format_bytes(needed), format_bytes(request.memory_bytes)));
+    }
+}
+
 /// The kept points on the lattice, in order of their ids.
 std::vector<LatticeIndex> read_indices(const SourceTable& sources, const Selection& selection,
                                        const Lattice& lattice, const EmitRequest& request) {
-    const std::uint64_t needed = emit_memory_bytes(selection.count(), request.output);
-    if (needed > request.memory_bytes) {
-        throw StorageError(fmt::format(
-            "{}: {} kept points need {} of memory to be cut into tiles, expected at most {} "
-            "(resources.memory)",
-            request.output.path, selection.count(), format_bytes(needed),
-            format_bytes(request.memory_bytes)));
-    }
     std::vector<LatticeIndex> indices(selection.count());
-    const auto put = [&](std::uint64_t rank, std::span<const Vec3> positions) {
+    const auto put = [&](std::uint64_t rank, std::span<const PointId>,
+                         std::span<const Vec3> positions) {
         for (std::size_t i = 0; i < positions.size(); ++i) {
             indices[rank + i] = index_of(lattice, positions[i]);
         }
@@ -68,8 +74,89 @@ std::vector<ManifestSource> manifest_sources(const SourceTable& sources) {
     return result;
 }
 
+/// Kept points that may be held at a time, beside tiles in work.
+std::uint64_t points_in_memory(std::uint64_t kept, const EmitRequest& request) {
+    const std::uint64_t tile = std::min(kept, request.output.tile_points);
+    const std::uint64_t least = emit_memory_bytes(kept, request.output);
+    const std::uint64_t more = static_cast<std::uint64_t>(request.threads - 1) *
+                               encode_memory_bytes(tile);
+    const std::uint64_t room = request.memory_bytes - least;
+    return 2 * tile + (room - std::min(room, more)) / sizeof(LatticeIndex);
+}
+
+/// Cuts kept points that the memory does not hold into tiles: halved on disk until a part fits.
+class TilesThroughScratch {
+  public:
+    TilesThroughScratch(const SourceTable& sources, const Lattice& lattice, std::uint64_t capacity,
+                        const EmitRequest& request, ArchiveWriter& writer)
+        : sources_(sources),
+          lattice_(lattice),
+          capacity_(capacity),
+          request_(request),
+          writer_(writer),
+          splitter_(sources, lattice, capacity, [&request] { request.advance(0); }) {}
+
+    void write(const Selection& selection) {
+        KeptFileWriter all(next_path(), sources_, lattice_);
+        std::mutex mutex;
+        const auto put = [&](std::uint64_t, std::span<const PointId> ids,
+                             std::span<const Vec3> positions) {
+            const std::scoped_lock lock(mutex);
+            for (std::size_t i = 0; i < ids.size(); ++i) {
+                all.add(ids[i], positions[i]);
+            }
+        };
+        read_kept(sources_, selection, request_.threads, put, request_.advance);
+        write(told(all.finish()));
+    }
+
+  private:
+    // The lower half first, as plan_tiles() has it.
+    void write(const KeptFile& file) {
+        if (file.points > capacity_) {
+            const auto [lower, upper] = splitter_.split(file, next_path(), next_path());
+            told(lower);
+            told(upper);
+            remove(file);
+            write(lower);
+            write(upper);
+            return;
+        }
+        std::vector<LatticeIndex> points;
+        points.reserve(file.points);
+        splitter_.read(file, [&](PointId, const Vec3&, const LatticeIndex& index) {
+            points.push_back(index);
+        });
+        remove(file);
+        writer_.add(points, request_.memory_bytes - points.size() * sizeof(LatticeIndex));
+    }
+
+    std::filesystem::path next_path() {
+        return request_.scratch / fmt::format("kept-{}.run", files_++);
+    }
+
+    KeptFile told(KeptFile file) const {
+        request_.on_scratch(static_cast<std::int64_t>(file.bytes));
+        return file;
+    }
+
+    void remove(const KeptFile& file) const {
+        std::filesystem::remove(file.path);
+        request_.on_scratch(-static_cast<std::int64_t>(file.bytes));
+    }
+
+    const SourceTable& sources_;
+    const Lattice& lattice_;
+    std::uint64_t capacity_;
+    const EmitRequest& request_;
+    ArchiveWriter& writer_;
+    KeptSplitter splitter_;
+    int files_ = 0;
+};
+
 EmitResult emit_archive(const SourceTable& sources, const Selection& selection,
                         const EmitRequest& request) {
+    check_memory(selection.count(), request);
     Manifest manifest;
     manifest.format_version = kArchiveFormatVersion;
     manifest.knap_version = KNAP_VERSION;
@@ -80,20 +167,26 @@ EmitResult emit_archive(const SourceTable& sources, const Selection& selection,
     manifest.mean_curvature = request.mean_curvature;
     manifest.lattice = choose_lattice(request.output.step, sources, request.spacing);
     manifest.crs = common_crs(sources);
-    std::vector<LatticeIndex> points = read_indices(sources, selection, manifest.lattice, request);
-
-    const std::uint64_t held = points.size() * sizeof(LatticeIndex);
-    const ArchiveOutput output{.folder = output_path(request.output.path),
-                               .tile_points = request.output.tile_points,
-                               .overwrite = request.output.overwrite,
-                               .memory_bytes = request.memory_bytes - held,
-                               .threads = request.threads};
-    const std::uint64_t bytes = write_archive(points, manifest, output);
-    return {output.folder, manifest.tiles.size(), bytes};
+    const Lattice lattice = manifest.lattice;
+    ArchiveWriter writer(std::move(manifest), {.folder = output_path(request.output.path),
+                                               .tile_points = request.output.tile_points,
+                                               .overwrite = request.output.overwrite,
+                                               .threads = request.threads,
+                                               .tiles = request.tiles});
+    const std::uint64_t capacity = points_in_memory(selection.count(), request);
+    if (selection.count() <= capacity) {
+        std::vector<LatticeIndex> points = read_indices(sources, selection, lattice, request);
+        writer.add(points, request.memory_bytes - points.size() * sizeof(LatticeIndex));
+    } else {
+        TilesThroughScratch(sources, lattice, capacity, request, writer).write(selection);
+    }
+    const std::uint64_t bytes = writer.finish();
+    return {output_path(request.output.path), writer.tiles(), bytes};
 }
 
 EmitResult emit_draco(const SourceTable& sources, const Selection& selection,
                       const EmitRequest& request) {
+    check_memory(selection.count(), request);
     const Lattice lattice = choose_lattice(request.output.step, sources, request.spacing);
     std::vector<LatticeIndex> points = read_indices(sources, selection, lattice, request);
     std::sort(points.begin(), points.end());
@@ -122,9 +215,8 @@ EmitResult emit_ply(const SourceTable& sources, const Selection& selection,
     PlyWriter writer(path, selection.count(),
                      floats ? PlyWriter::Precision::kFloat : PlyWriter::Precision::kDouble,
                      {fmt::format("knap {}", KNAP_VERSION)});
-    const auto append = [&](std::uint64_t, std::span<const Vec3> positions) {
-        writer.append(positions);
-    };
+    const auto append = [&](std::uint64_t, std::span<const PointId>,
+                            std::span<const Vec3> positions) { writer.append(positions); };
     read_kept(sources, selection, 1, append, request.advance);
     return {path, 0, writer.finish()};
 }
@@ -144,7 +236,7 @@ std::vector<std::pair<std::string, std::string>> result_parameters(const Job& jo
 std::uint64_t emit_memory_bytes(std::uint64_t kept, const OutputParams& output) {
     switch (output_kind(output.path)) {
         case OutputKind::kArchive:
-            return kept * sizeof(LatticeIndex) +
+            return 2 * std::min(kept, output.tile_points) * sizeof(LatticeIndex) +
                    encode_memory_bytes(std::min(kept, output.tile_points));
         case OutputKind::kDraco:
             return kept * sizeof(LatticeIndex) + encode_memory_bytes(kept);

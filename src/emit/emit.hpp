@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "emit/tile_log.hpp"
 #include "knap/job.hpp"
 #include "knap/params.hpp"
 #include "store/selection.hpp"
@@ -23,8 +24,12 @@ struct EmitRequest {
     OutputParams output;
     std::uint64_t memory_bytes = 0;  ///< that emit may use; does not change the result
     int threads = 1;                 ///< >= 1; does not change the result
-    std::function<void(std::uint64_t)>
-        advance;  ///< told input points done with, one call at a time
+    std::filesystem::path scratch;   ///< exists; for kept points that the memory does not hold
+    TileLog tiles = {};              ///< of an archive that an earlier run began
+    /// Told input points done with, one call at a time.
+    std::function<void(std::uint64_t)> advance = [](std::uint64_t) {};
+    /// Told how many bytes of scratch a new file takes, or one that is gone gave back.
+    std::function<void(std::int64_t)> on_scratch = [](std::int64_t) {};
 };
 
 struct EmitResult {
@@ -37,7 +42,8 @@ struct EmitResult {
 std::vector<std::pair<std::string, std::string>> result_parameters(const Job& job);
 
 /// Memory that emit() takes for an output of some kept points, at least: what it checks its budget
-/// against.
+/// against. For an archive it does not grow
+/// beyond what two tiles take: more kept points go through scratch.
 std::uint64_t emit_memory_bytes(std::uint64_t kept, const OutputParams& output);
 
 /// Streams the sources a last time and writes the kept points: an archive folder, a single Draco
@@ -47,8 +53,9 @@ std::uint64_t emit_memory_bytes(std::uint64_t kept, const OutputParams& output);
 /// @param selection  finished, of sources.points() ids
 /// @throws ConfigError   if the lattice step does not suit the box, or a single Draco file
 /// @throws InputError    if a source changed since the survey
-/// @throws StorageError  if the budget does not hold the kept points, or the disk fails; nothing
-///                       is left then and what was there before is untouched
+/// @throws StorageError  if the budget is below emit_memory_bytes(), or the disk fails; what was
+///                       there before is untouched then, and nothing is left but the finished
+///                       tiles, if request.tiles is told of them
 EmitResult emit(const SourceTable& sources, const Selection& selection, const EmitRequest& request);
 
 }  // namespace knap

@@ -46,16 +46,18 @@ class KeptReader {
         if (chunk.first + chunk.positions.size() > source.points) {
             throw_changed(source, fmt::format("at least {}", chunk.first + chunk.positions.size()));
         }
+        std::vector<PointId> ids;
         std::vector<Vec3> kept;
         const PointId first = source.first_id + chunk.first;
         for (std::size_t i = 0; i < chunk.positions.size(); ++i) {
             if (selection_.test(first + i)) {
+                ids.push_back(first + i);
                 kept.push_back(chunk.positions[i]);
             }
         }
         if (!kept.empty()) {
             taken_ += kept.size();
-            take_(selection_.count_before(first), kept);
+            take_(selection_.count_before(first), ids, kept);
         }
         report(chunk.positions.size());
     }

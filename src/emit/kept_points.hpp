@@ -12,8 +12,10 @@ namespace knap {
 
 /// Some kept points, consecutive in id among the kept ones.
 /// @param rank       of the first among all kept points
-/// @param positions  as their source gives them, at least one
-using TakeKept = std::function<void(std::uint64_t rank, std::span<const Vec3> positions)>;
+/// @param ids        ascending, at least one
+/// @param positions  of each, as its source gives it
+using TakeKept = std::function<void(std::uint64_t rank, std::span<const PointId> ids,
+                                    std::span<const Vec3> positions)>;
 
 /// Streams the sources once more and hands over the kept points. What holds none of them is not
 /// read.

@@ -28,6 +28,10 @@ void rename_folder(const fs::path& from, const fs::path& to) {
     }
 }
 
+fs::path partial_name(const fs::path& target) {
+    return target.string() + ".partial";
+}
+
 void remove_if_archive(const fs::path& folder) {
     std::error_code error;
     if (!fs::exists(fs::symlink_status(folder, error))) {
@@ -44,18 +48,20 @@ void remove_if_archive(const fs::path& folder) {
 
 }  // namespace
 
-OutputFolder::OutputFolder(fs::path target)
-    : target_(std::move(target)), partial_(target_.string() + ".partial") {
-    remove_if_archive(partial_);
+OutputFolder::OutputFolder(fs::path target, Unfinished unfinished)
+    : target_(std::move(target)), partial_(partial_name(target_)), unfinished_(unfinished) {
     std::error_code error;
-    fs::create_directory(partial_, error);
+    if (unfinished_ == Unfinished::kGoes || !holds_only_archive(partial_)) {
+        remove_if_archive(partial_);
+        fs::create_directory(partial_, error);
+    }
     if (error) {
         throw_storage("create", partial_, error.message());
     }
 }
 
 OutputFolder::~OutputFolder() {
-    if (!committed_) {
+    if (!committed_ && unfinished_ == Unfinished::kGoes) {
         std::error_code ignored;
         fs::remove_all(partial_, ignored);
     }
@@ -86,6 +92,10 @@ void OutputFolder::commit(bool overwrite) {
     if (replaces) {
         fs::remove_all(old, error);
     }
+}
+
+void remove_unfinished(const fs::path& target) {
+    remove_if_archive(partial_name(target));
 }
 
 }  // namespace knap

@@ -5,12 +5,19 @@
 namespace knap {
 
 /// A folder that appears under its name whole or not at all: filled beside it under a temporary
-/// name and renamed by commit(). Without commit() it leaves nothing behind.
+/// name and renamed by commit().
 class OutputFolder {
   public:
-    /// Creates `target`.partial, in the place of one that an earlier job left.
-    /// @throws StorageError if it cannot be created
-    explicit OutputFolder(std::filesystem::path target);
+    /// What becomes of the folder under its temporary name without commit().
+    enum class Unfinished {
+        kGoes,  ///< nothing is left behind, and what an earlier job left is gone
+        kStays  ///< it stays, and what an earlier job left is taken up
+    };
+
+    /// Creates `target`.partial.
+    /// @throws StorageError if it cannot be created, or holds files that are not of an archive
+    explicit OutputFolder(std::filesystem::path target,
+                          Unfinished unfinished = Unfinished::kGoes);
     ~OutputFolder();
     OutputFolder(const OutputFolder&) = delete;
     OutputFolder& operator=(const OutputFolder&) = delete;
@@ -27,7 +34,12 @@ class OutputFolder {
   private:
     std::filesystem::path target_;
     std::filesystem::path partial_;
+    Unfinished unfinished_;
     bool committed_ = false;
 };
+
+/// Removes what an unfinished archive left beside its name.
+/// @throws StorageError if files are in the way that are not of an archive
+void remove_unfinished(const std::filesystem::path& target);
 
 }  // namespace knap

@@ -12,25 +12,9 @@ namespace {
 // Below this many points another thread costs more than it saves.
 constexpr std::size_t kParallelPoints = 1 << 16;
 
-std::size_t longest_axis(const LatticeBounds& bounds) {
-    std::size_t longest = 0;
-    for (std::size_t axis = 1; axis < 3; ++axis) {
-        if (bounds.max[axis] - bounds.min[axis] > bounds.max[longest] - bounds.min[longest]) {
-            longest = axis;
-        }
-    }
-    return longest;
-}
-
-/// Puts the lower half first. Ties along the axis fall by the other coordinates, so which points
-/// land in which half does not depend on the order they came in; points equal in all three are
-/// interchangeable.
 void split(std::span<LatticeIndex> points, std::size_t axis) {
     const auto middle = points.begin() + static_cast<std::ptrdiff_t>(points.size() / 2);
-    std::nth_element(points.begin(), middle, points.end(),
-                     [axis](const LatticeIndex& a, const LatticeIndex& b) {
-                         return a[axis] != b[axis] ? a[axis] < b[axis] : a < b;
-                     });
+    std::nth_element(points.begin(), middle, points.end(), AlongAxis{axis});
 }
 
 std::vector<TileSpan> cut(std::span<LatticeIndex> points, std::size_t first,
@@ -62,6 +46,16 @@ std::vector<TileSpan> cut(std::span<LatticeIndex> points, std::size_t first,
 }
 
 }  // namespace
+
+std::size_t longest_axis(const LatticeBounds& bounds) {
+    std::size_t longest = 0;
+    for (std::size_t axis = 1; axis < 3; ++axis) {
+        if (bounds.max[axis] - bounds.min[axis] > bounds.max[longest] - bounds.min[longest]) {
+            longest = axis;
+        }
+    }
+    return longest;
+}
 
 LatticeBounds bounds_of(std::span<const LatticeIndex> points) {
     if (points.empty()) {

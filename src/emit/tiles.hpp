@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -24,6 +25,24 @@ LatticeBounds bounds_of(std::span<const LatticeIndex> points);
 
 /// True if one tile can hold points within these bounds.
 bool fits_tile(const LatticeBounds& bounds);
+
+/// The axis along which bounds are widest, the first of equally wide ones.
+std::size_t longest_axis(const LatticeBounds& bounds);
+
+/// The order in which points are halved: by the coordinate along one axis, then by the others, so
+/// that which points land in which half does not depend on the order they came in. Points equal in
+/// all three are interchangeable.
+struct AlongAxis {
+    std::size_t axis = 0;
+
+    bool operator()(const LatticeIndex& a, const LatticeIndex& b) const {
+        return a[axis] != b[axis] ? a[axis] < b[axis] : a < b;
+    }
+    /// The axes by which points are compared, in turn.
+    std::array<std::size_t, 3> axes() const {
+        return {axis, axis == 0 ? std::size_t{1} : 0, axis == 2 ? std::size_t{1} : 2};
+    }
+};
 
 /// A tile: some consecutive points of the planned order.
 struct TileSpan {

@@ -8,6 +8,8 @@
 #include "base/scratch.hpp"
 #include "base/threads.hpp"
 #include "knap/error.hpp"
+#include "pipeline/sources.hpp"
+#include "pipeline/stage_clock.hpp"
 #include "rank/held_bricks.hpp"
 #include "scatter/scatter.hpp"
 
@@ -145,6 +147,24 @@ std::filesystem::path scratch_parent(const Job& job) {
     }
     const std::filesystem::path output = std::filesystem::absolute(job.output.path);
     return (output.has_filename() ? output : output.parent_path()).parent_path();
+}
+
+Forecast forecast(const Job& job, Progress& progress) {
+    validate(job);
+    const std::vector<std::filesystem::path> files = find_sources(job, progress);
+    const int threads = thread_count(job.resources.threads);
+    const ThreadLimit limit(threads);
+    const Budgets budgets = share_memory(job.resources.memory_bytes);
+    StageClock clock(progress);
+    const Survey archive = clock.time("survey", 0, [&](const auto& advance) {
+        return survey({.files = files, .threads = threads, .budget_bytes = budgets.survey},
+                      advance);
+    });
+    const BrickPlan plan = clock.time("plan", 0, [&](const auto&) {
+        return plan_bricks(archive.occupancy, archive.table.box(),
+                           plan_request(job, archive.table, budgets));
+    });
+    return make_forecast(job, archive, plan);
 }
 
 }  // namespace knap

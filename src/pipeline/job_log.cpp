@@ -37,6 +37,18 @@ const nlohmann::ordered_json* JobLog::find(const std::string& stage,
     return at == entries_.end() ? nullptr : &at->second;
 }
 
+std::vector<std::pair<std::string, const nlohmann::ordered_json*>> JobLog::all(
+    const std::string& stage) const {
+    std::vector<std::pair<std::string, const nlohmann::ordered_json*>> steps;
+    for (auto at = entries_.lower_bound({stage, ""}); at != entries_.end(); ++at) {
+        if (at->first.first != stage) {
+            break;
+        }
+        steps.emplace_back(at->first.second, &at->second);
+    }
+    return steps;
+}
+
 void JobLog::record(const std::string& stage, const std::string& file,
                     nlohmann::ordered_json details) {
     append_to_journal(path_, {stage, file, details.dump()});

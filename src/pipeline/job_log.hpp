@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace knap {
 
@@ -22,6 +23,10 @@ class JobLog {
     /// The details of a finished step; null if it was not finished.
     const nlohmann::ordered_json* find(const std::string& stage,
                                        const std::string& file = "") const;
+
+    /// Files and details of all finished steps of a stage, by file.
+    std::vector<std::pair<std::string, const nlohmann::ordered_json*>> all(
+        const std::string& stage) const;
 
     /// Adds a finished step. Everything that it names must be in place.
     /// @throws StorageError

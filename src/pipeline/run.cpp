@@ -1,10 +1,8 @@
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
-#include <set>
 #include <span>
 #include <string>
 #include <utility>
@@ -14,6 +12,7 @@
 #include "base/threads.hpp"
 #include "emit/emit.hpp"
 #include "emit/output_check.hpp"
+#include "emit/output_folder.hpp"
 #include "knap/error.hpp"
 #include "knap/job.hpp"
 #include "merge/merge.hpp"
@@ -24,6 +23,7 @@
 #include "pipeline/rank_log.hpp"
 #include "pipeline/sources.hpp"
 #include "pipeline/stage_clock.hpp"
+#include "pipeline/tile_records.hpp"
 #include "plan/plan.hpp"
 #include "rank/rank.hpp"
 #include "scatter/scatter.hpp"
@@ -69,10 +69,10 @@ class Pipeline {
             scratch_.keep(false);
             return report;
         } catch (const ConfigError&) {
-            scratch_.keep(false);
+            throw_away();
             throw;
         } catch (const InputError&) {
-            scratch_.keep(false);
+            throw_away();
             throw;
         } catch (const Interrupted& error) {
             throw Interrupted(error.what() + what_is_kept());
@@ -116,6 +116,7 @@ class Pipeline {
         }
         log_.clear();
         scratch_.clear();
+        remove_unfinished_output();
         log_.record("job", "", identity);
     }
 
@@ -123,6 +124,18 @@ class Pipeline {
         const Json* survey = log_.find("survey", kSurveyFile);
         return survey == nullptr ||
                survey->at("xxh3").at(source) == xxh3_128_of_file(files_[source]);
+    }
+
+    void throw_away() {
+        scratch_.keep(false);
+        remove_unfinished_output();
+    }
+
+    // Only a folder is filled under a name of its own for longer than a moment.
+    void remove_unfinished_output() const {
+        if (output_kind(job_.output.path) == OutputKind::kArchive) {
+            remove_unfinished(output_path(job_.output.path));
+        }
     }
 
     // Nothing is kept that an exception did not leave behind.
@@ -164,7 +177,7 @@ class Pipeline {
                           advance);
         });
         if (log_.find("survey", kSurveyFile) == nullptr) {
-            tell_what_stays_behind(archive.table);
+            tell_what_stays_behind(archive.table, progress_);
             save_survey(file, archive.table, archive.occupancy);
             Json digests = Json::array();
             for (const SourceEntry& source : archive.table.sources()) {
@@ -177,22 +190,6 @@ class Pipeline {
         }
         scratch_.keep(true);
         return archive;
-    }
-
-    // Nothing is dropped without a word.
-    void tell_what_stays_behind(const SourceTable& table) {
-        std::set<std::string> names;
-        for (const SourceEntry& source : table.sources()) {
-            for (const Attribute& attribute : source.info.schema) {
-                if (attribute.name.find_first_not_of("xyzXYZ") != std::string::npos) {
-                    names.insert(attribute.name);
-                }
-            }
-        }
-        if (!names.empty()) {
-            progress_.note(fmt::format("only positions are written; {} attributes stay behind: {}",
-                                       names.size(), fmt::join(names, ", ")));
-        }
     }
 
     BrickPlan plan(const Survey& archive) {
@@ -336,7 +333,14 @@ class Pipeline {
                          .output = job_.output,
                          .memory_bytes = budgets_.stage,
                          .threads = threads_,
-                         .advance = advance});
+                         .scratch = scratch_.path(),
+                         .tiles = {.done = read_tiles(log_),
+                                   .on_tile =
+                                       [&](std::size_t number, const ManifestTile& tile) {
+                                           record_tile(log_, number, tile);
+                                       }},
+                         .advance = advance,
+                         .on_scratch = [&](std::int64_t bytes) { scratch_.grew_by(bytes); }});
         });
         if (!job_.output.ids.empty()) {
             write_ids(job_.output.ids, merged.selection);
@@ -375,24 +379,6 @@ Report run(const Job& job, Progress& progress) {
     const std::vector<fs::path> files = find_sources(job, progress);
     check_output(job.output, files);
     return Pipeline(job, files, progress).run();
-}
-
-Forecast forecast(const Job& job, Progress& progress) {
-    validate(job);
-    const std::vector<fs::path> files = find_sources(job, progress);
-    const int threads = thread_count(job.resources.threads);
-    const ThreadLimit limit(threads);
-    const Budgets budgets = share_memory(job.resources.memory_bytes);
-    StageClock clock(progress);
-    const Survey archive = clock.time("survey", 0, [&](const auto& advance) {
-        return survey({.files = files, .threads = threads, .budget_bytes = budgets.survey},
-                      advance);
-    });
-    const BrickPlan plan = clock.time("plan", 0, [&](const auto&) {
-        return plan_bricks(archive.occupancy, archive.table.box(),
-                           plan_request(job, archive.table, budgets));
-    });
-    return make_forecast(job, archive, plan);
 }
 
 }  // namespace knap

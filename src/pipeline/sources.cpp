@@ -1,6 +1,10 @@
 #include "pipeline/sources.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <set>
+#include <string>
 
 #include "knap/source.hpp"
 
@@ -27,6 +31,21 @@ std::vector<SourceInfo> source_infos(const std::vector<fs::path>& files) {
         infos.push_back(open_source(file)->info());
     }
     return infos;
+}
+
+void tell_what_stays_behind(const SourceTable& table, Progress& progress) {
+    std::set<std::string> names;
+    for (const SourceEntry& source : table.sources()) {
+        for (const Attribute& attribute : source.info.schema) {
+            if (attribute.name.find_first_not_of("xyzXYZ") != std::string::npos) {
+                names.insert(attribute.name);
+            }
+        }
+    }
+    if (!names.empty()) {
+        progress.note(fmt::format("only positions are written; {} attributes stay behind: {}",
+                                  names.size(), fmt::join(names, ", ")));
+    }
 }
 
 }  // namespace knap

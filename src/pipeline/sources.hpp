@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "knap/job.hpp"
+#include "store/source_table.hpp"
 
 namespace knap {
 
@@ -14,5 +15,9 @@ std::vector<std::filesystem::path> find_sources(const Job& job, Progress& progre
 /// What files say of themselves.
 /// @throws InputError
 std::vector<SourceInfo> source_infos(const std::vector<std::filesystem::path>& files);
+
+/// Tells which attributes of the sources the output will not have: nothing is dropped without a
+/// word.
+void tell_what_stays_behind(const SourceTable& table, Progress& progress);
 
 }  // namespace knap

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <utility>
+
+#include "emit/lattice.hpp"
+#include "emit/tiles.hpp"
+#include "store/ranked_run.hpp"
+#include "store/source_table.hpp"
+
+namespace knap {
+
+/// Kept points on disk, on their way into tiles: a run whose keys are all 0.
+struct KeptFile {
+    std::filesystem::path path;
+    std::uint64_t points = 0;
+    std::uint64_t bytes = 0;
+    LatticeBounds bounds;
+};
+
+/// Writes a KeptFile; it exists only once finish() has returned.
+class KeptFileWriter {
+  public:
+    /// @param table, lattice  must outlive the writer
+    /// @throws StorageError
+    KeptFileWriter(std::filesystem::path path, const SourceTable& table, const Lattice& lattice);
+
+    void add(PointId id, const Vec3& position);
+    /// The same for a point whose place on the lattice is known.
+    void add(PointId id, const Vec3& position, const LatticeIndex& index);
+
+    /// @throws StorageError
+    KeptFile finish();
+
+  private:
+    const Lattice& lattice_;
+    RunWriter run_;
+    KeptFile file_;
+};
+
+/// Cuts kept points on disk, where they do not fit the memory, into files as plan_tiles() would cut
+/// them in memory.
+class KeptSplitter {
+  public:
+    /// @param capacity  points that may be held in memory at a time, >= 1
+    /// @param poll      called now and then; may throw to stop the work
+    KeptSplitter(const SourceTable& table, const Lattice& lattice, std::uint64_t capacity,
+                 std::function<void()> poll)
+        : table_(table), lattice_(lattice), capacity_(capacity), poll_(std::move(poll)) {}
+
+    /// Streams a file: take(id, position, index).
+    /// @throws StorageError if it is damaged
+    void read(const KeptFile& file,
+              const std::function<void(PointId, const Vec3&, const LatticeIndex&)>& take) const;
+
+    /// The lower half, first by the coordinate along the longest axis, and the upper one.
+    /// @param file  at least two points
+    std::pair<KeptFile, KeptFile> split(const KeptFile& file, const std::filesystem::path& lower,
+                                        const std::filesystem::path& upper) const;
+
+    /// The point that `rank` others precede. By counting in ever narrower intervals.
+    /// @param rank  < file.points
+    LatticeIndex point_of_rank(const KeptFile& file, AlongAxis order, std::uint64_t rank) const;
+
+  private:
+    const SourceTable& table_;
+    const Lattice& lattice_;
+    std::uint64_t capacity_;
+    std::function<void()> poll_;
+};
+
+}  // namespace knap
