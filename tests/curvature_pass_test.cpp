@@ -53,6 +53,8 @@ double random_spacing(std::mt19937_64& random, const Box& box) {
     return diagonal * std::pow(10, std::uniform_real_distribution<double>(-3, -1)(random));
 }
 
+void nobody(const RankedPoint& /*point*/) {}
+
 TEST(CurvaturePass, ABrickWithItsHaloEqualsTheWholeCloudBitForBit) {
     std::mt19937_64 random(1);
     std::size_t certified = 0;
@@ -68,17 +70,23 @@ TEST(CurvaturePass, ABrickWithItsHaloEqualsTheWholeCloudBitForBit) {
                                                    1 + random() % 300, kHalos[round % 3]);
         std::map<PointId, Vec3> owners = by_id(distinct);
         for (const test::CutBrick& brick : cut.bricks) {
-            const RankedBrick ranked = rank_brick(block_brick(brick.points), neighbours, estimator,
-                                                  brick.brick.halo, cut.box);
-            ASSERT_TRUE(in_order(ranked.points));
+            std::vector<RankedPoint> points;
+            std::uint64_t handled = 0;
+            const RankedBrick ranked = rank_brick(
+                block_brick(brick.points), neighbours, estimator, brick.brick.halo, cut.box,
+                [&](const RankedPoint& point) { points.push_back(point); },
+                [&](std::uint64_t count) { handled += count; });
+            ASSERT_EQ(points.size(), ranked.points);
+            ASSERT_EQ(handled, ranked.points + ranked.stragglers.size());
+            ASSERT_TRUE(in_order(points));
             std::vector<double> keys;
-            for (const RankedPoint& point : ranked.points) {
+            for (const RankedPoint& point : points) {
                 ASSERT_EQ(point.key, expected.at(point.id)) << "round " << round;
                 ASSERT_EQ(owners.extract(point.id).mapped(), point.position);
                 keys.push_back(point.key);
             }
             ASSERT_EQ(ranked.curvature_sum.value(), reference::exact_sum(keys));
-            certified += ranked.points.size();
+            certified += points.size();
             for (const Straggler& straggler : ranked.stragglers) {
                 ASSERT_EQ(owners.extract(straggler.id).mapped(), straggler.position);
             }
@@ -101,7 +109,7 @@ TEST(CurvaturePass, BoundsOfStragglersHoldTheirTrueNeighboursFarthestFirst) {
         constexpr int kNeighbours = 10;
         for (const test::CutBrick& brick : cut.bricks) {
             const RankedBrick ranked = rank_brick(block_brick(brick.points), kNeighbours, estimator,
-                                                  brick.brick.halo, cut.box);
+                                                  brick.brick.halo, cut.box, nobody);
             double last = std::numeric_limits<double>::infinity();
             for (const Straggler& straggler : ranked.stragglers) {
                 ASSERT_LE(straggler.bound_squared, last);
@@ -125,7 +133,8 @@ TEST(CurvaturePass, ABrickThatSeesTheWholeArchiveHasNoStragglers) {
         const FourierEstimator estimator({}, random_spacing(random, points.box));
         for (const test::CutBrick& brick :
              test::cut_cloud(random, points, 200, test::Halo::kAll).bricks) {
-            EXPECT_TRUE(rank_brick(block_brick(brick.points), 30, estimator, points.box, points.box)
+            EXPECT_TRUE(rank_brick(block_brick(brick.points), 30, estimator, points.box, points.box,
+                                   nobody)
                             .stragglers.empty());
         }
     }

@@ -213,7 +213,7 @@ void stop_in(const Job& job, const std::string& stage, int calls = 1) {
 }
 
 TEST_F(Resume, DoesNotDoAgainWhatIsDone) {
-    stop_in(job_, "rank", 30);
+    stop_in(job_, "rank", 60);
     const fs::path journal = scratch() / "journal";
     const std::string before = test::read_bytes(journal);
     const auto ranked = [](const std::string& text) {

@@ -18,11 +18,10 @@ std::string format_count(std::uint64_t count) {
     return text;
 }
 
-std::string format_rate(std::uint64_t items, double seconds) {
-    if (!(seconds > 0) || items == 0) {
+std::string format_rate(double rate) {
+    if (!(rate > 0) || !std::isfinite(rate)) {
         return "-";
     }
-    const double rate = static_cast<double>(items) / seconds;
     if (rate >= 1e6) {
         return fmt::format("{:.2f} M", rate / 1e6);
     }

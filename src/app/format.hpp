@@ -8,8 +8,8 @@ namespace knap::app {
 /// "1,234,567"
 std::string format_count(std::uint64_t count);
 
-/// Items a second: "3.64 M", "820 k"; "-" where nothing was done or measured.
-std::string format_rate(std::uint64_t items, double seconds);
+/// A rate a second: "3.64 M", "820 k"; "-" where nothing was done or measured.
+std::string format_rate(double rate);
 
 /// "0.12 s", "2 min 03 s", "1 h 02 min"
 std::string format_seconds(double seconds);

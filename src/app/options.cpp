@@ -154,8 +154,8 @@ void add_progress_options(CLI::App& command, ProgressOptions& options) {
     command
         .add_option("--progress", options.mode,
                     "auto: bars on a terminal, else a line a stage; plain: a line a stage;\n"
-                    "json: lines {\"stage\", \"points\", \"total\", \"points_per_second\"}; all on "
-                    "standard error")
+                    "json: lines {\"stage\", \"points\", \"total\", \"points_per_second\",\n"
+                    "\"seconds_left\"}; all on standard error")
         ->type_name("auto|plain|json")
         ->group("Progress");
     command.add_flag("-q,--quiet", options.quiet, "nothing on standard error but errors")

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
 #include "app/format.hpp"
@@ -20,6 +21,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr auto kRedraw = std::chrono::milliseconds(200);
+// What is reported as early as this an earlier run has done: it says nothing of the rate.
+constexpr auto kTakenUp = std::chrono::milliseconds(100);
 
 /// Follows the stage that runs; by itself it shows nothing.
 class Follower : public Progress {
@@ -32,6 +35,8 @@ class Follower : public Progress {
         total_ = total;
         points_ = 0;
         started_ = Clock::now();
+        rate_from_ = started_;
+        points_before_ = 0;
         shown_ = started_;
         show();
     }
@@ -40,6 +45,10 @@ class Follower : public Progress {
         throw_if_interrupted();
         points_ += points;
         const Clock::time_point now = Clock::now();
+        if (now - started_ < kTakenUp) {
+            rate_from_ = now;
+            points_before_ = points_;
+        }
         if (now - shown_ >= kRedraw) {
             shown_ = now;
             show();
@@ -58,22 +67,33 @@ class Follower : public Progress {
     const std::string& stage() const { return stage_; }
     std::uint64_t total() const { return total_; }
     std::uint64_t points() const { return points_; }
-    double seconds() const {
-        return std::chrono::duration<double>(Clock::now() - started_).count();
+    /// Points a second since the stage began; 0 as long as nothing is known of it.
+    double rate() const {
+        const double seconds = std::chrono::duration<double>(Clock::now() - rate_from_).count();
+        return seconds > 0 ? static_cast<double>(points_ - points_before_) / seconds : 0;
+    }
+    /// Of the stage, at the rate so far; nothing where that or the total is not known.
+    std::optional<double> seconds_left(double rate) const {
+        if (total_ == 0 || !(rate > 0)) {
+            return std::nullopt;
+        }
+        return static_cast<double>(total_ - std::min(total_, points_)) / rate;
     }
 
   private:
     std::string stage_;
     std::uint64_t total_ = 0;
     std::uint64_t points_ = 0;
+    std::uint64_t points_before_ = 0;
     Clock::time_point started_;
+    Clock::time_point rate_from_;
     Clock::time_point shown_;
 };
 
 std::string end_line(const StageReport& report) {
     return fmt::format("{:<10} {:>15} points  {:>12}  {:>8} points/s\n", report.name,
                        format_count(report.points), format_seconds(report.seconds),
-                       format_rate(report.points, report.seconds));
+                       format_rate(static_cast<double>(report.points) / report.seconds));
 }
 
 /// A line for each finished stage.
@@ -117,16 +137,20 @@ class Bars : public Follower {
     }
 
     std::string bar() const {
-        const std::string rate = format_rate(points(), seconds());
+        const double now = rate();
+        const std::string per_second = format_rate(now);
         if (total() == 0) {
-            return fmt::format("{:>15}  {} points/s", format_count(points()), rate);
+            return fmt::format("{:>15}  {} points/s", format_count(points()), per_second);
         }
         constexpr double kWidth = 30;
         const double share =
             std::min(1.0, static_cast<double>(points()) / static_cast<double>(total()));
         const auto filled = static_cast<std::size_t>(share * kWidth);
-        return fmt::format("[{:.<30}] {:>3.0f} %  {} of {}  {} points/s", std::string(filled, '#'),
-                           share * 100, format_count(points()), format_count(total()), rate);
+        const std::optional<double> left = seconds_left(now);
+        return fmt::format("[{:.<30}] {:>3.0f} %  {} of {}  {} points/s{}",
+                           std::string(filled, '#'), share * 100, format_count(points()),
+                           format_count(total()), per_second,
+                           left ? fmt::format("  {} left", format_seconds(*left)) : "");
     }
 
     bool drawn_ = false;
@@ -140,17 +164,25 @@ class JsonLines : public Follower {
     }
 
   protected:
-    void show() override { print(state(stage(), points(), seconds())); }
+    void show() override {
+        const double now = rate();
+        nlohmann::ordered_json line = state(stage(), points(), now);
+        const std::optional<double> left = seconds_left(now);
+        line["seconds_left"] = left ? nlohmann::ordered_json(*left) : nlohmann::ordered_json();
+        print(line);
+    }
     void show_end(const StageReport& report) override {
-        nlohmann::ordered_json line = state(report.name, report.points, report.seconds);
-        line["seconds"] = report.seconds;
+        const double over = report.seconds;
+        const double mean = over > 0 ? static_cast<double>(report.points) / over : 0;
+        nlohmann::ordered_json line = state(report.name, report.points, mean);
+        line["seconds_left"] = 0;
+        line["seconds"] = over;
         print(line);
     }
 
   private:
-    nlohmann::ordered_json state(const std::string& name, std::uint64_t done, double time) const {
-        const double rate = time > 0 ? static_cast<double>(done) / time : 0;
-        return {{"stage", name}, {"points", done}, {"total", total()}, {"points_per_second", rate}};
+    nlohmann::ordered_json state(const std::string& name, std::uint64_t done, double now) const {
+        return {{"stage", name}, {"points", done}, {"total", total()}, {"points_per_second", now}};
     }
     static void print(const nlohmann::ordered_json& line) {
         using Json = nlohmann::ordered_json;

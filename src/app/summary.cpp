@@ -33,7 +33,7 @@ std::string format_counts(const Counts& counts) {
 
 std::string stage_row(const std::string& name, double seconds, std::uint64_t points) {
     return fmt::format("{:<16} {:>15} {:>14} {:>12}\n", name, format_seconds(seconds),
-                       format_count(points), format_rate(points, seconds));
+                       format_count(points), format_rate(static_cast<double>(points) / seconds));
 }
 
 std::string format_stages(const Report& report, double seconds) {

@@ -56,7 +56,7 @@ struct PointBlocks {
     Vec3 position(std::size_t place) const { return {x[place], y[place], z[place]}; }
 
     /// Bytes of memory a point while blocks are made, and afterwards.
-    static constexpr std::uint64_t kMakingBytesPerPoint = 96;
+    static constexpr std::uint64_t kMakingBytesPerPoint = 80;
     static constexpr std::uint64_t kBytesPerPoint = 48;
 };
 

@@ -54,11 +54,12 @@ ArchiveWriter::ArchiveWriter(Manifest manifest, ArchiveOutput output)
 }
 
 void ArchiveWriter::add(std::span<LatticeIndex> points, std::uint64_t memory_bytes) {
-    const std::vector<TileSpan> plan = plan_tiles(points, output_.tile_points);
+    const std::vector<TileSpan> plan = plan_tiles(points, output_.tile_points, output_.poll);
     const std::size_t first = manifest_.tiles.size();
     manifest_.tiles.resize(first + plan.size());
     MemoryGate gate(memory_bytes);
     run_tasks(plan.size(), output_.threads, [&](std::size_t i) {
+        output_.poll();
         const auto ticket = gate.admit(encode_memory_bytes(plan[i].count));
         manifest_.tiles[first + i] =
             tile(first + i, points.subspan(plan[i].first, plan[i].count), plan[i].bounds);

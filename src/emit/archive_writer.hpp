@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <mutex>
 #include <span>
 
@@ -20,6 +21,8 @@ struct ArchiveOutput {
     bool overwrite = false;         ///< replace an archive that exists
     int threads = 1;                ///< >= 1
     TileLog tiles = {};             ///< of this output, from an earlier run
+    /// Called now and then, from any thread; may throw to stop the work.
+    std::function<void()> poll = [] {};
 };
 
 /// Writes an archive: the tiles, then the manifest, then the folder's name. A tile that an earlier

@@ -168,11 +168,17 @@ EmitResult emit_archive(const SourceTable& sources, const Selection& selection,
     manifest.lattice = choose_lattice(request.output.step, sources, request.spacing);
     manifest.crs = common_crs(sources);
     const Lattice lattice = manifest.lattice;
+    std::mutex polling;
+    const auto poll = [&] {
+        const std::scoped_lock lock(polling);
+        request.advance(0);
+    };
     ArchiveWriter writer(std::move(manifest), {.folder = output_path(request.output.path),
                                                .tile_points = request.output.tile_points,
                                                .overwrite = request.output.overwrite,
                                                .threads = request.threads,
-                                               .tiles = request.tiles});
+                                               .tiles = request.tiles,
+                                               .poll = poll});
     const std::uint64_t capacity = points_in_memory(selection.count(), request);
     if (selection.count() <= capacity) {
         std::vector<LatticeIndex> points = read_indices(sources, selection, lattice, request);

@@ -18,7 +18,8 @@ void split(std::span<LatticeIndex> points, std::size_t axis) {
 }
 
 std::vector<TileSpan> cut(std::span<LatticeIndex> points, std::size_t first,
-                          std::uint64_t tile_points) {
+                          std::uint64_t tile_points, const std::function<void()>& poll) {
+    poll();
     const LatticeBounds bounds = bounds_of(points);
     if (points.size() <= tile_points && fits_tile(bounds)) {
         std::sort(points.begin(), points.end());
@@ -28,8 +29,8 @@ std::vector<TileSpan> cut(std::span<LatticeIndex> points, std::size_t first,
     const std::size_t half = points.size() / 2;
     std::array<std::vector<TileSpan>, 2> halves;
     const auto cut_half = [&](std::size_t i) {
-        halves[i] = i == 0 ? cut(points.first(half), first, tile_points)
-                           : cut(points.subspan(half), first + half, tile_points);
+        halves[i] = i == 0 ? cut(points.first(half), first, tile_points, poll)
+                           : cut(points.subspan(half), first + half, tile_points, poll);
     };
     const auto cut_halves = [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
@@ -80,8 +81,9 @@ bool fits_tile(const LatticeBounds& bounds) {
     return true;
 }
 
-std::vector<TileSpan> plan_tiles(std::span<LatticeIndex> points, std::uint64_t tile_points) {
-    return points.empty() ? std::vector<TileSpan>{} : cut(points, 0, tile_points);
+std::vector<TileSpan> plan_tiles(std::span<LatticeIndex> points, std::uint64_t tile_points,
+                                 const std::function<void()>& poll) {
+    return points.empty() ? std::vector<TileSpan>{} : cut(points, 0, tile_points, poll);
 }
 
 }  // namespace knap

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -58,7 +59,10 @@ struct TileSpan {
 ///
 /// @param points       any number; reordered
 /// @param tile_points  most points in a tile, >= 1
+/// @param poll         called now and then, from any thread; may throw to stop the work
 /// @return             tiles that cover all points, lower half first
-std::vector<TileSpan> plan_tiles(std::span<LatticeIndex> points, std::uint64_t tile_points);
+std::vector<TileSpan> plan_tiles(
+    std::span<LatticeIndex> points, std::uint64_t tile_points,
+    const std::function<void()>& poll = [] {});
 
 }  // namespace knap

@@ -6,6 +6,7 @@
 
 #include "base/memory_gate.hpp"
 #include "base/threads.hpp"
+#include "knap/error.hpp"
 #include "merge/merged_stream.hpp"
 #include "merge/range_law.hpp"
 #include "merge/settle.hpp"
@@ -49,7 +50,7 @@ class Merger {
 
   private:
     void settle_part(std::size_t i) {
-        SettledPart settled = parts_[i].settled ? parts_[i].settled() : settle_now(i);
+        SettledPart settled = part(i);
         const std::scoped_lock lock(mutex_);
         for (const PointId id : settled.kept) {
             keep(id);
@@ -60,8 +61,24 @@ class Merger {
         advance_(parts_[i].points - settled.open_points);
     }
 
-    SettledPart settle_now(std::size_t i) {
-        const std::vector<RankedPoint> points = take_points(parts_[i]);
+    SettledPart part(std::size_t i) {
+        RankedPart& part = parts_[i];
+        std::vector<RankedPoint> points;
+        try {
+            if (part.settled) {
+                return part.settled();
+            }
+            points = take_points(part);
+        } catch (const StorageError& error) {
+            if (!part.remake) {
+                throw;
+            }
+            points = part.remake(error.what());
+        }
+        return settle_now(i, points);
+    }
+
+    SettledPart settle_now(std::size_t i, const std::vector<RankedPoint>& points) {
         const std::vector<Fate> fates = settle(points, range_, boxes_in_reach(i, points));
         SettledPart result;
         std::vector<RankedPoint> open;

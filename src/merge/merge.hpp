@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "knap/geometry.hpp"
@@ -26,7 +27,10 @@ struct RankedPart {
     Box box;                                          ///< holds all its points
     std::uint64_t points = 0;                         ///< in the runs, below 2^32
     /// Set if an earlier run has settled the part: gives back what it found. No runs then.
-    std::function<SettledPart()> settled;
+    std::function<SettledPart()> settled = nullptr;
+    /// Makes the points, in the method's order, where the runs or what was settled cannot be read;
+    /// none: that is an error. From any thread.
+    std::function<std::vector<RankedPoint>(const std::string& why)> remake = nullptr;
 };
 
 /// Keeps open points as they are: for clouds in memory.

@@ -23,9 +23,16 @@ std::string brick_name(std::size_t brick) {
 
 }  // namespace
 
-MergeFiles::MergeFiles(ScratchFolder& scratch, JobLog& log, const SourceTable& table,
-                       std::uint64_t budget_bytes, const std::vector<RankedFiles>& bricks)
-    : scratch_(scratch), log_(log), table_(table), budget_bytes_(budget_bytes), bricks_(bricks) {}
+MergeFiles::MergeFiles(
+    ScratchFolder& scratch, JobLog& log, const SourceTable& table, std::uint64_t budget_bytes,
+    const std::vector<RankedFiles>& bricks,
+    std::function<std::vector<RankedPoint>(std::size_t, const std::string& why)> remake)
+    : scratch_(scratch),
+      log_(log),
+      table_(table),
+      budget_bytes_(budget_bytes),
+      bricks_(bricks),
+      remake_(std::move(remake)) {}
 
 std::vector<RankedPart> MergeFiles::parts() {
     std::vector<RankedPart> parts;
@@ -33,6 +40,7 @@ std::vector<RankedPart> MergeFiles::parts() {
         RankedPart part;
         part.box = bricks_[i].box;
         part.points = bricks_[i].points;
+        part.remake = [this, i](const std::string& why) { return remake_(i, why); };
         if (const auto* settled = log_.find(kMerge, brick_name(i))) {
             remove_runs(i);
             const std::uint64_t open = settled->at("open");
@@ -73,9 +81,17 @@ SettledPart MergeFiles::load(std::size_t brick, std::uint64_t open_points) const
     part.kept = load_ids(kept_path(brick));
     part.open_points = open_points;
     if (open_points > 0) {
+        // Read once beforehand, while the brick can still be made again: it is short.
+        check_run(open_path(brick));
         part.open = std::make_unique<RunReader>(open_path(brick), table_);
     }
     return part;
+}
+
+void MergeFiles::check_run(const fs::path& path) const {
+    RunReader reader(path, table_);
+    for (std::vector<RankedPoint> block; reader.next(block);) {
+    }
 }
 
 void MergeFiles::remove_all() {

@@ -22,9 +22,12 @@ namespace knap {
 class MergeFiles {
   public:
     /// @param budget_bytes  of the merge; blocks of open runs take a part of it
+    /// @param remake        ranks a brick whose files cannot be read again; told why
     /// All references must outlive the object.
-    MergeFiles(ScratchFolder& scratch, JobLog& log, const SourceTable& table,
-               std::uint64_t budget_bytes, const std::vector<RankedFiles>& bricks);
+    MergeFiles(
+        ScratchFolder& scratch, JobLog& log, const SourceTable& table, std::uint64_t budget_bytes,
+        const std::vector<RankedFiles>& bricks,
+        std::function<std::vector<RankedPoint>(std::size_t, const std::string& why)> remake);
 
     /// Every brick as merge takes it: its runs, or what an earlier run found.
     std::vector<RankedPart> parts();
@@ -42,6 +45,7 @@ class MergeFiles {
     SettledPart load(std::size_t brick, std::uint64_t open_points) const;
     std::unique_ptr<RankedStream> keep(std::size_t brick, std::span<const PointId> kept,
                                        const std::vector<RankedPoint>& open);
+    void check_run(const std::filesystem::path& path) const;
     std::filesystem::path kept_path(std::size_t brick) const;
     std::filesystem::path open_path(std::size_t brick) const;
     void remove(const std::filesystem::path& path);
@@ -53,6 +57,7 @@ class MergeFiles {
     const SourceTable& table_;
     std::uint64_t budget_bytes_;
     const std::vector<RankedFiles>& bricks_;
+    std::function<std::vector<RankedPoint>(std::size_t, const std::string& why)> remake_;
     std::mutex mutex_;
 };
 

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <memory>
-#include <mutex>
 #include <nlohmann/json.hpp>
 #include <span>
 #include <string>
@@ -16,6 +15,7 @@
 #include "knap/error.hpp"
 #include "knap/job.hpp"
 #include "merge/merge.hpp"
+#include "pipeline/brick_maker.hpp"
 #include "pipeline/forecast.hpp"
 #include "pipeline/identity.hpp"
 #include "pipeline/job_log.hpp"
@@ -63,8 +63,11 @@ class Pipeline {
         take_up();
         try {
             const Scattered bricks = cut();
-            const RankResult ranked = rank_all(bricks.table, bricks.plan, bricks.files);
-            const MergeResult merged = merge_all(bricks.table, ranked);
+            BrickMaker maker(bricks.table, bricks.plan, bricks.files, scratch_.path(),
+                             job_.curvature, threads_,
+                             [&](const std::string& note) { clock_.note(note); });
+            const RankResult ranked = rank_all(bricks.table, bricks.files, maker);
+            const MergeResult merged = merge_all(bricks.table, ranked, maker);
             Report report = emit_all(bricks.table, bricks.files.size(), ranked, merged);
             scratch_.keep(false);
             return report;
@@ -258,8 +261,8 @@ class Pipeline {
                        advance);
     }
 
-    RankResult rank_all(const SourceTable& table, const BrickPlan& plan,
-                        const std::vector<BrickFile>& bricks) {
+    RankResult rank_all(const SourceTable& table, const std::vector<BrickFile>& bricks,
+                        BrickMaker& maker) {
         Ranking ranking(
             table, bricks,
             {.folder = scratch_.path(),
@@ -272,12 +275,8 @@ class Pipeline {
                              const BrickRank& ranked) { record_brick(log_, brick, ranked); },
              .on_stragglers =
                  [&](const SettledStragglers& settled) { record_stragglers(log_, settled); },
-             .remake =
-                 [&](std::size_t brick, const std::string& why) {
-                     const std::scoped_lock lock(remaking_);
-                     clock_.note(why + "; the brick is read from the sources again");
-                     scatter_again(table, plan, brick, scratch_.path(), threads_);
-                 },
+             .remake = [&](std::size_t brick,
+                           const std::string& why) { maker.scatter(brick, why); },
              .on_scratch = [&](std::int64_t bytes) { scratch_.grew_by(bytes); }});
         const std::uint64_t points = table.points() - table.rejected();
         const double spacing = clock_.time("spacing", points, [&](const auto& advance) {
@@ -288,9 +287,12 @@ class Pipeline {
         });
     }
 
-    MergeResult merge_all(const SourceTable& table, const RankResult& ranked) {
+    MergeResult merge_all(const SourceTable& table, const RankResult& ranked, BrickMaker& maker) {
         const fs::path file = scratch_.path() / kSelectionFile;
-        MergeFiles files(scratch_, log_, table, budgets_.stage, ranked.bricks);
+        MergeFiles files(scratch_, log_, table, budgets_.stage, ranked.bricks,
+                         [&](std::size_t brick, const std::string& why) {
+                             return maker.rank(brick, ranked.spacing, why);
+                         });
         MergeResult merged = clock_.time("merge", ranked.points, [&](const auto& advance) {
             if (const Json* before = log_.find("merge", kSelectionFile)) {
                 advance(ranked.points);
@@ -369,7 +371,6 @@ class Pipeline {
     JobLog log_;
     Progress& progress_;
     StageClock clock_;
-    std::mutex remaking_;
 };
 
 }  // namespace

@@ -61,15 +61,19 @@ SimplifyResult simplify(std::span<const Vec3> points, const SimplifyParams& para
 
     result.counts.merged = brick.merged;
     const FourierEstimator estimator(params.curvature, result.spacing);
-    RankedBrick ranked = rank_brick(brick, params.curvature.neighbours, estimator, box, box);
-    const std::uint64_t counted = ranked.points.size();
+    std::vector<RankedPoint> order;
+    order.reserve(brick.core_count);
+    const RankedBrick ranked =
+        rank_brick(brick, params.curvature.neighbours, estimator, box, box,
+                   [&](const RankedPoint& point) { order.push_back(point); });
+    const std::uint64_t counted = ranked.points;
     result.mean_curvature =
         counted == 0 ? 0 : ranked.curvature_sum.value() / static_cast<double>(counted);
 
     std::vector<RankedPart> parts(1);
     parts[0].box = box;
     parts[0].points = counted;
-    parts[0].runs.push_back(std::make_unique<RunInMemory>(std::move(ranked.points)));
+    parts[0].runs.push_back(std::make_unique<RunInMemory>(std::move(order)));
     const MergeResult merged = merge(std::move(parts),
                                      {.range = params.range,
                                       .mean_curvature = result.mean_curvature,

@@ -57,7 +57,8 @@ struct Pass {
 };
 
 Pass compute(const PointBlocks& brick, std::size_t k, const FourierEstimator& estimator,
-             const Box& halo, const Box& archive) {
+             const Box& halo, const Box& archive,
+             const std::function<void(std::uint64_t)>& advance) {
     Pass pass;
     pass.curvature.resize(brick.size(), std::numeric_limits<double>::quiet_NaN());
     std::mutex mutex;
@@ -65,8 +66,10 @@ Pass compute(const PointBlocks& brick, std::size_t k, const FourierEstimator& es
         BlockSearch search(brick, brick.is_core, k);
         FourierEstimator::Work work;
         std::vector<Straggler> stragglers;
+        std::uint64_t handled = 0;
         for (std::size_t block = first; block < last; ++block) {
             const Neighbourhoods& found = search.around(block);
+            handled += found.count;
             const std::span<const double> curvatures = estimator.mean_curvatures(found, work);
             for (std::size_t i = 0; i < found.count; ++i) {
                 const std::uint32_t place = found.centres[i];
@@ -82,6 +85,7 @@ Pass compute(const PointBlocks& brick, std::size_t k, const FourierEstimator& es
                 }
             }
         }
+        advance(handled);
         const std::scoped_lock lock(mutex);
         pass.stragglers.insert(pass.stragglers.end(), stragglers.begin(), stragglers.end());
     });
@@ -91,8 +95,11 @@ Pass compute(const PointBlocks& brick, std::size_t k, const FourierEstimator& es
 }  // namespace
 
 RankedBrick rank_brick(const PointBlocks& brick, int neighbours, const FourierEstimator& estimator,
-                       const Box& halo, const Box& archive) {
-    Pass pass = compute(brick, static_cast<std::size_t>(neighbours), estimator, halo, archive);
+                       const Box& halo, const Box& archive,
+                       const std::function<void(const RankedPoint&)>& take,
+                       const std::function<void(std::uint64_t)>& advance) {
+    Pass pass =
+        compute(brick, static_cast<std::size_t>(neighbours), estimator, halo, archive, advance);
     RankedBrick ranked;
     std::vector<Place> places;
     places.reserve(brick.core_count);
@@ -103,10 +110,9 @@ RankedBrick rank_brick(const PointBlocks& brick, int neighbours, const FourierEs
         }
     }
     sort_places(places, brick);
-    ranked.points.reserve(places.size());
+    ranked.points = places.size();
     for (const Place& place : places) {
-        ranked.points.push_back(
-            {pass.curvature[place.index], brick.ids[place.index], brick.position(place.index)});
+        take({pass.curvature[place.index], brick.ids[place.index], brick.position(place.index)});
     }
     ranked.stragglers = std::move(pass.stragglers);
     std::sort(ranked.stragglers.begin(), ranked.stragglers.end(),

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <span>
 #include <vector>
 
 #include "base/exact_sum.hpp"
@@ -13,17 +15,21 @@ namespace knap {
 
 /// The core points of one brick, ranked.
 struct RankedBrick {
-    std::vector<RankedPoint> points;    ///< those with certified neighbours, best first
+    std::uint64_t points = 0;           ///< those with certified neighbours
+    ExactSum curvature_sum;             ///< of their |H|, 1 / cloud unit
     std::vector<Straggler> stragglers;  ///< the others, farthest bound first
-    ExactSum curvature_sum;             ///< of |H| over `points`, 1 / cloud unit
 };
 
 /// Mean curvature at every core point whose K nearest neighbours are certain to lie in the brick,
 /// in the method's order.
 /// @param halo     the brick holds every point of the archive in this box
 /// @param archive  box of all points
-RankedBrick rank_brick(const PointBlocks& brick, int neighbours, const FourierEstimator& estimator,
-                       const Box& halo, const Box& archive);
+/// @param take     told each of them, in that order, once all are known
+/// @param advance  told how many points were handled; from any thread; may throw to stop the work
+RankedBrick rank_brick(
+    const PointBlocks& brick, int neighbours, const FourierEstimator& estimator, const Box& halo,
+    const Box& archive, const std::function<void(const RankedPoint&)>& take,
+    const std::function<void(std::uint64_t)>& advance = [](std::uint64_t) {});
 
 /// Mean curvature at stragglers, whose neighbours were gathered; in the method's order.
 std::vector<RankedPoint> rank_stragglers(std::span<const Straggler> stragglers,

@@ -8,16 +8,37 @@ namespace knap {
 
 namespace {
 
+// Coincident points are equally far; the one with the lowest id stands for them.
+void drop_coincident(std::vector<FoundNeighbour>& found) {
+    std::size_t stay = 0;
+    for (std::size_t i = 0; i < found.size(); ++i) {
+        bool is_new = true;
+        for (std::size_t j = stay; is_new && j-- > 0;) {
+            if (found[j].squared_distance != found[i].squared_distance) {
+                break;
+            }
+            is_new = found[j].position != found[i].position;
+        }
+        if (is_new) {
+            found[stay++] = found[i];
+        }
+    }
+    found.resize(stay);
+}
+
 // Merges what one brick has to offer into what is known.
 void merge_found(std::vector<FoundNeighbour>& known, const std::vector<Neighbour>& offered,
-                 const CorePoints& core, std::size_t k) {
+                 const CorePoints& core, const Straggler& straggler, std::size_t k) {
     for (const Neighbour& n : offered) {
-        known.push_back({n.squared_distance, core.ids[n.index], core.positions[n.index]});
+        if (core.positions[n.index] != straggler.position) {
+            known.push_back({n.squared_distance, core.ids[n.index], core.positions[n.index]});
+        }
     }
     std::sort(known.begin(), known.end(), [](const FoundNeighbour& a, const FoundNeighbour& b) {
         return a.squared_distance < b.squared_distance ||
                (a.squared_distance == b.squared_distance && a.id < b.id);
     });
+    drop_coincident(known);
     known.resize(std::min(known.size(), k));
 }
 
@@ -51,8 +72,9 @@ std::vector<std::vector<FoundNeighbour>> gather(std::span<const Straggler> strag
             std::vector<Neighbour> offered;
             for (std::size_t a = first; a < last; ++a) {
                 const std::size_t i = asking[a];
-                search.nearest(stragglers[i].position, stragglers[i].id, k, offered, bound(i));
-                merge_found(found[i], offered, core, k);
+                // One more, since a point in the straggler's own place is none.
+                search.nearest(stragglers[i].position, stragglers[i].id, k + 1, offered, bound(i));
+                merge_found(found[i], offered, core, stragglers[i], k);
             }
         });
     }

@@ -32,7 +32,8 @@ struct CorePoints {
     std::vector<PointId> ids;
 };
 
-/// The bricks of an archive, as far as gathering needs them.
+/// The bricks of an archive, as far as gathering needs them: or other parts of it, which may hold
+/// points that coincide with points of another part.
 struct CoreAccess {
     std::vector<Box> boxes;                             ///< of each brick's core points
     std::function<CorePoints(std::size_t brick)> load;  ///< @throws StorageError

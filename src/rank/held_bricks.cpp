@@ -3,16 +3,13 @@
 #include <algorithm>
 
 #include "curvature/point_blocks.hpp"
-#include "store/ranked_run.hpp"
 
 namespace knap {
 
 std::uint64_t rank_bytes_per_point() {
-    // The blocks, a curvature, a place in the order and a ranked point each; before that, making
-    // the blocks.
-    return std::max<std::uint64_t>(
-        PointBlocks::kBytesPerPoint + 2 * sizeof(double) + sizeof(double) + sizeof(RankedPoint),
-        PointBlocks::kMakingBytesPerPoint);
+    // The blocks, a curvature and a place in the order each; before that, making the blocks.
+    return std::max<std::uint64_t>(PointBlocks::kBytesPerPoint + 3 * sizeof(double),
+                                   PointBlocks::kMakingBytesPerPoint);
 }
 
 HeldBricks held_bricks(std::span<const std::uint64_t> points, int threads,

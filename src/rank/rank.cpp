@@ -88,7 +88,7 @@ class Ranking::Passes {
         parallel_tasks(bricks_.size(), [&](std::size_t i) {
             const BrickFile& file = bricks_[i];
             const auto ticket = admit(file);
-            PointBlocks brick = block_brick(read_whole(i));
+            PointBlocks brick = load(i);
             const BrickSpacing part =
                 brick_spacing(brick, sample, file.brick.halo, table_.box());
             if (i < held_.size()) {
@@ -101,15 +101,8 @@ class Ranking::Passes {
             total.stragglers.insert(total.stragglers.end(), part.stragglers.begin(),
                                     part.stragglers.end());
         });
-        const CoreAccess cores = core_access([&](std::size_t i) {
-            const PointBlocks core = block_brick(read_core(i));
-            CorePoints points{{}, core.ids};
-            points.positions.reserve(core.size());
-            for (std::size_t place = 0; place < core.size(); ++place) {
-                points.positions.push_back(core.position(place));
-            }
-            return points;
-        });
+        const CoreAccess cores =
+            core_access([&](std::size_t i) { return points_of(load(i, false)); });
         for (const auto& neighbours : gather(total.stragglers, 1, cores)) {
             if (!neighbours.empty()) {
                 total.sum.add(std::sqrt(neighbours.front().squared_distance));
@@ -123,29 +116,34 @@ class Ranking::Passes {
         parallel_tasks(bricks_.size(), [&](std::size_t i) {
             const BrickFile& file = bricks_[i];
             if (!done_[i]) {
-                BrickRank ranked = rank_one(i, estimator);
+                BrickRank ranked = rank_one(i, estimator, advance);
                 const std::scoped_lock lock(mutex_);
                 request_.on_brick(i, ranked);
                 done_[i] = std::move(ranked);
+                advance(done_[i]->merged);
+            } else {
+                advance(file.core_points);
             }
             const std::scoped_lock lock(mutex_);
             remove(file.path);
-            advance(file.core_points);
         });
     }
 
-    BrickRank rank_one(std::size_t i, const FourierEstimator& estimator) {
+    BrickRank rank_one(std::size_t i, const FourierEstimator& estimator, const Advance& advance) {
         const BrickFile& file = bricks_[i];
         const auto ticket = admit(file);
         const PointBlocks brick = take_blocks(i);
-        const RankedBrick ranked = rank_brick(brick, request_.curvature.neighbours, estimator,
-                                              file.brick.halo, table_.box());
         BrickRank result;
-        result.run = write_run(fmt::format("{:06}.run", i), ranked.points);
+        result.run = request_.folder / fmt::format("{:06}.run", i);
+        RunWriter run(result.run, table_, kMostBlockPoints);
+        const RankedBrick ranked = rank_brick(
+            brick, request_.curvature.neighbours, estimator, file.brick.halo, table_.box(),
+            [&](const RankedPoint& point) { run.add(point); }, advance);
+        request_.on_scratch(static_cast<std::int64_t>(run.finish()));
         if (!ranked.stragglers.empty()) {
             result.straggler_run = write_stragglers(i, ranked.stragglers);
         }
-        result.points = ranked.points.size();
+        result.points = ranked.points;
         result.stragglers = ranked.stragglers.size();
         result.merged = brick.merged;
         result.curvature_sum = ranked.curvature_sum;
@@ -156,7 +154,7 @@ class Ranking::Passes {
         if (i < held_.size() && held_[i]) {
             return *std::exchange(held_[i], std::nullopt);
         }
-        return block_brick(read_whole(i));
+        return load(i);
     }
 
     SettledStragglers stragglers(const FourierEstimator& estimator) {
@@ -169,7 +167,7 @@ class Ranking::Passes {
     }
 
     // In groups that fit the budget; what a brick has in a group becomes one more run of it.
-    SettledStragglers settle_stragglers(const FourierEstimator& estimator) const {
+    SettledStragglers settle_stragglers(const FourierEstimator& estimator) {
         const auto k = static_cast<std::size_t>(request_.curvature.neighbours);
         const std::uint64_t each =
             2 * k * sizeof(FoundNeighbour) + sizeof(Straggler) + sizeof(RankedPoint);
@@ -181,14 +179,12 @@ class Ranking::Passes {
             if (done_[brick]->straggler_run.empty()) {
                 continue;
             }
-            RunReader reader(done_[brick]->straggler_run, table_);
-            for (std::vector<RankedPoint> block; reader.next(block);) {
-                for (const RankedPoint& point : block) {
-                    group.add(brick, {point.position, point.id, point.key});
-                    if (group.points.size() == most) {
-                        settle_group(group, k, estimator, settled);
-                        group = {};
-                    }
+            for (const RankedPoint& point :
+                 read_ranked(brick, {done_[brick]->straggler_run}, estimator)) {
+                group.add(brick, {point.position, point.id, point.key});
+                if (group.points.size() == most) {
+                    settle_group(group, k, estimator, settled);
+                    group = {};
                 }
             }
         }
@@ -197,8 +193,9 @@ class Ranking::Passes {
     }
 
     void settle_group(const StragglerGroup& group, std::size_t k, const FourierEstimator& estimator,
-                      SettledStragglers& settled) const {
-        const CoreAccess cores = core_access([&](std::size_t i) { return load_ranked_core(i); });
+                      SettledStragglers& settled) {
+        const CoreAccess cores =
+            core_access([&](std::size_t i) { return load_ranked_core(i, estimator); });
         const auto found = gather(group.points, k, cores);
         for (std::size_t i = 0; i < group.bricks.size(); ++i) {
             const std::size_t begin = group.begins[i];
@@ -243,66 +240,60 @@ class Ranking::Passes {
             result_.points == 0 ? 0 : sum.value() / static_cast<double>(result_.points);
     }
 
-    BrickPoints read_whole(std::size_t i) const {
-        return read(i, [&] {
-            const BrickFile& file = bricks_[i];
-            BrickPoints brick = read_brick_file(file.path, table_);
-            check_count(file, "core", file.core_points, brick.core_count);
-            check_count(file, "halo", file.halo_points, brick.ids.size() - brick.core_count);
-            return brick;
-        });
-    }
-
-    BrickPoints read_core(std::size_t i) const {
-        return read(i, [&] {
-            BrickPoints brick = read_brick_file(bricks_[i].path, table_, false);
-            check_count(bricks_[i], "core", bricks_[i].core_points, brick.core_count);
-            return brick;
-        });
-    }
-
     // A damaged file is made again, once.
-    template <typename Read>
-    BrickPoints read(std::size_t i, const Read& read_file) const {
+    PointBlocks load(std::size_t i, bool with_halo = true) const {
         try {
-            return read_file();
+            return load_brick(bricks_[i], table_, with_halo);
         } catch (const StorageError& error) {
             if (!request_.remake) {
                 throw;
             }
             request_.remake(i, error.what());
         }
-        return read_file();
-    }
-
-    // A file that lost whole blocks has no checksum that fails.
-    static void check_count(const BrickFile& file, const char* part, std::uint64_t expected,
-                            std::uint64_t found) {
-        if (found != expected) {
-            throw StorageError(
-                fmt::format("{}: scratch file is damaged: expected {} {} points, found {}",
-                            file.path.string(), expected, part, found));
-        }
+        return load_brick(bricks_[i], table_, with_halo);
     }
 
     // The core of a brick whose file is gone: its run and its stragglers.
-    CorePoints load_ranked_core(std::size_t i) const {
+    CorePoints load_ranked_core(std::size_t i, const FourierEstimator& estimator) {
         CorePoints core;
         core.positions.reserve(bricks_[i].core_points);
         core.ids.reserve(bricks_[i].core_points);
-        for (const auto& path : {done_[i]->run, done_[i]->straggler_run}) {
-            if (path.empty()) {
-                continue;
+        const std::vector<std::filesystem::path> runs{done_[i]->run, done_[i]->straggler_run};
+        for (const RankedPoint& point : read_ranked(i, runs, estimator)) {
+            core.positions.push_back(point.position);
+            core.ids.push_back(point.id);
+        }
+        return core;
+    }
+
+    // A brick with a damaged run is ranked once more, from its sources.
+    std::vector<RankedPoint> read_ranked(std::size_t i,
+                                         const std::vector<std::filesystem::path>& runs,
+                                         const FourierEstimator& estimator) {
+        try {
+            return read_runs(runs);
+        } catch (const StorageError& error) {
+            if (!request_.remake) {
+                throw;
             }
-            RunReader reader(path, table_);
-            for (std::vector<RankedPoint> block; reader.next(block);) {
-                for (const RankedPoint& point : block) {
-                    core.positions.push_back(point.position);
-                    core.ids.push_back(point.id);
+            request_.remake(i, error.what());
+        }
+        rank_one(i, estimator, [](std::uint64_t) {});
+        remove(bricks_[i].path);
+        return read_runs(runs);
+    }
+
+    std::vector<RankedPoint> read_runs(const std::vector<std::filesystem::path>& runs) const {
+        std::vector<RankedPoint> points;
+        for (const auto& path : runs) {
+            if (!path.empty()) {
+                RunReader reader(path, table_);
+                for (std::vector<RankedPoint> block; reader.next(block);) {
+                    points.insert(points.end(), block.begin(), block.end());
                 }
             }
         }
-        return core;
+        return points;
     }
 
     std::filesystem::path write_run(const std::string& name,

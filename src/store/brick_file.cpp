@@ -15,6 +15,8 @@ namespace knap {
 
 namespace {
 
+using TakePoint = std::function<void(PointId, const Vec3&, BrickPart)>;
+
 constexpr std::string_view kMagic = "KNAPBRCK";
 constexpr std::uint32_t kVersion = 1;
 constexpr std::size_t kHeaderSize = 16;
@@ -86,7 +88,7 @@ class Reader {
 
     void skip(const BlockHeader& header) { at_ += kBlockHeaderSize + header.payload_size; }
 
-    void read(const BlockHeader& header, BrickPoints& brick) {
+    void read(const BlockHeader& header, const TakePoint& take) {
         block_.resize(kBlockHeaderSize + header.payload_size);
         if (file_.read_some(at_, block_) < block_.size() ||
             checksum_of(block_, checked_) != header.checksum) {
@@ -103,13 +105,11 @@ class Reader {
             if (!payload.ok()) {
                 throw_damaged(path_, at_, "a block does not hold what its header says");
             }
-            brick.positions.push_back(table_.unpack(header.source, positions + i * packed));
-            brick.ids.push_back(id);
+            take(id, table_.unpack(header.source, positions + i * packed),
+                 static_cast<BrickPart>(header.part));
         }
         skip(header);
     }
-
-    void rewind() { at_ = kHeaderSize; }
 
   private:
     InputFile file_;
@@ -174,41 +174,36 @@ std::uint64_t append_block(const std::filesystem::path& path, const BrickBlock& 
     return bytes.size();
 }
 
-BrickPoints read_brick_file(const std::filesystem::path& path, const SourceTable& table,
-                            bool with_halo) {
+void stream_brick_file(const std::filesystem::path& path, const SourceTable& table, bool with_halo,
+                       const TakePoint& take) {
     try {
         Reader reader(path, table);
-        BlockHeader header;
-        std::size_t core = 0;
-        std::size_t halo = 0;
-        while (reader.next(header)) {
-            (header.part == static_cast<std::uint32_t>(BrickPart::kCore) ? core : halo) +=
-                header.count;
-            reader.skip(header);
-        }
-        BrickPoints brick;
-        const std::size_t total = core + (with_halo ? halo : 0);
-        brick.positions.reserve(total);
-        brick.ids.reserve(total);
-        for (const BrickPart part : {BrickPart::kCore, BrickPart::kHalo}) {
-            if (part == BrickPart::kHalo && !with_halo) {
-                continue;
-            }
-            reader.rewind();
-            while (reader.next(header)) {
-                if (header.part == static_cast<std::uint32_t>(part)) {
-                    reader.read(header, brick);
-                } else {
-                    reader.skip(header);
-                }
+        for (BlockHeader header; reader.next(header);) {
+            if (with_halo || header.part == static_cast<std::uint32_t>(BrickPart::kCore)) {
+                reader.read(header, take);
+            } else {
+                reader.skip(header);
             }
         }
-        brick.core_count = core;
-        return brick;
     } catch (const InputError& error) {
         // A scratch file that cannot be read is the machine's fault, not the input's.
         throw StorageError(error.what());
     }
+}
+
+BrickPoints read_brick_file(const std::filesystem::path& path, const SourceTable& table,
+                            bool with_halo) {
+    BrickPoints brick;
+    BrickPoints halo;
+    stream_brick_file(path, table, with_halo, [&](PointId id, const Vec3& p, BrickPart part) {
+        BrickPoints& points = part == BrickPart::kCore ? brick : halo;
+        points.positions.push_back(p);
+        points.ids.push_back(id);
+    });
+    brick.core_count = brick.ids.size();
+    brick.positions.insert(brick.positions.end(), halo.positions.begin(), halo.positions.end());
+    brick.ids.insert(brick.ids.end(), halo.ids.begin(), halo.ids.end());
+    return brick;
 }
 
 }  // namespace knap

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <functional>
 #include <vector>
 
 #include "knap/geometry.hpp"
@@ -53,6 +54,12 @@ struct BrickPoints {
     std::vector<PointId> ids;
     std::size_t core_count = 0;
 };
+
+/// Streams a brick file's points, in the order of the file.
+/// @param with_halo  false: the core only
+/// @throws StorageError as read_brick_file()
+void stream_brick_file(const std::filesystem::path& path, const SourceTable& table, bool with_halo,
+                       const std::function<void(PointId, const Vec3&, BrickPart)>& take);
 
 /// @param with_halo  false: the core only
 /// @throws StorageError if the file is missing, torn or fails a checksum, naming it and the byte

@@ -97,22 +97,19 @@ std::uint64_t write_run(const std::filesystem::path& path, const SourceTable& ta
 }
 
 RunReader::RunReader(std::filesystem::path path, const SourceTable& table)
-    : path_(std::move(path)), table_(&table) {
-    try {
-        const InputFile file(path_);
-        std::vector<std::byte> header(kHeaderSize);
-        ByteReader fields{std::span(header).first(file.read_some(0, header))};
-        const std::byte* magic = fields.take(kMagic.size());
-        const auto version = fields.get<std::uint32_t>();
-        const auto packed_size = fields.get<std::uint32_t>();
-        id_size_ = fields.get<std::uint32_t>();
-        if (magic == nullptr || std::memcmp(magic, kMagic.data(), kMagic.size()) != 0 ||
-            version != kVersion || packed_size != table.packed_size() ||
-            id_size_ != id_size_for(table.points())) {
-            throw_damaged("expected the header of a ranked run");
-        }
-    } catch (const InputError& error) {
-        throw StorageError(error.what());
+    : path_(std::move(path)), table_(&table) {}
+
+void RunReader::read_header(const InputFile& file) {
+    std::vector<std::byte> header(kHeaderSize);
+    ByteReader fields{std::span(header).first(file.read_some(0, header))};
+    const std::byte* magic = fields.take(kMagic.size());
+    const auto version = fields.get<std::uint32_t>();
+    const auto packed_size = fields.get<std::uint32_t>();
+    id_size_ = fields.get<std::uint32_t>();
+    if (magic == nullptr || std::memcmp(magic, kMagic.data(), kMagic.size()) != 0 ||
+        version != kVersion || packed_size != table_->packed_size() ||
+        id_size_ != id_size_for(table_->points())) {
+        throw_damaged("expected the header of a ranked run");
     }
     at_ = kHeaderSize;
 }
@@ -124,6 +121,9 @@ bool RunReader::next(std::vector<RankedPoint>& points) {
     }
     try {
         const InputFile file(path_);
+        if (at_ == 0) {
+            read_header(file);
+        }
         std::vector<std::byte> bytes(kBlockHeaderSize);
         if (file.read_some(at_, bytes) < kBlockHeaderSize) {
             throw_damaged("the run is cut short");

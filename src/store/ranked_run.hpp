@@ -109,13 +109,15 @@ std::uint64_t write_run(const std::filesystem::path& path, const SourceTable& ta
 /// Reads a run block by block. Holds no open file between blocks.
 class RunReader final : public RankedStream {
   public:
-    /// @throws StorageError if it is no run of this table
+    /// Does not touch the file yet.
     RunReader(std::filesystem::path path, const SourceTable& table);
 
-    /// @throws StorageError if the run is torn or fails a checksum, naming it and the byte
+    /// @throws StorageError if it is no run of this table, is torn or fails a checksum, naming it
+    ///                      and the byte
     bool next(std::vector<RankedPoint>& points) override;
 
   private:
+    void read_header(const InputFile& file);
     [[noreturn]] void throw_damaged(const char* what) const;
 
     std::filesystem::path path_;

@@ -1,0 +1,53 @@
+#include <CGAL/Simple_cartesian.h>
+#include <CGAL/hierarchy_simplify_point_set.h>
+#include <fmt/format.h>
+
+#include <chrono>
+#include <string>
+#include <vector>
+
+#include "knap/source.hpp"
+
+// CGAL's hierarchical simplification with its default parameters, a peer for tools/bench --peers.
+// CGAL is under the GPL, and so is this program once it is linked; knap itself uses none of it.
+//
+//   knap_bench_cgal CLOUD
+//
+// prints: points, points kept, seconds (wall, without reading the cloud).
+
+namespace {
+
+using Kernel = CGAL::Simple_cartesian<double>;
+
+std::vector<Kernel::Point_3> read_points(const std::string& path) {
+    std::vector<Kernel::Point_3> points;
+    const std::unique_ptr<knap::PointSource> source = knap::open_source(path);
+    knap::Chunk chunk;
+    while (source->read(chunk, std::size_t{1} << 20)) {
+        for (const knap::Vec3& p : chunk.positions) {
+            points.emplace_back(p.x, p.y, p.z);
+        }
+    }
+    return points;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    try {
+        if (argc != 2) {
+            fmt::print(stderr, "usage: knap_bench_cgal CLOUD\n");
+            return 1;
+        }
+        std::vector<Kernel::Point_3> points = read_points(argv[1]);
+        const std::size_t before = points.size();
+        const auto start = std::chrono::steady_clock::now();
+        const auto kept = CGAL::hierarchy_simplify_point_set(points);
+        const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+        fmt::print("{} {} {:.3f}\n", before, kept - points.begin(), seconds.count());
+        return 0;
+    } catch (const std::exception& error) {
+        fmt::print(stderr, "knap_bench_cgal: error: {}\n", error.what());
+        return 1;
+    }
+}
