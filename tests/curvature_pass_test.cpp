@@ -133,9 +133,9 @@ TEST(CurvaturePass, ABrickThatSeesTheWholeArchiveHasNoStragglers) {
         const FourierEstimator estimator({}, random_spacing(random, points.box));
         for (const test::CutBrick& brick :
              test::cut_cloud(random, points, 200, test::Halo::kAll).bricks) {
-            EXPECT_TRUE(rank_brick(block_brick(brick.points), 30, estimator, points.box, points.box,
-                                   nobody)
-                            .stragglers.empty());
+            EXPECT_TRUE(
+                rank_brick(block_brick(brick.points), 30, estimator, points.box, points.box, nobody)
+                    .stragglers.empty());
         }
     }
 }

@@ -132,6 +132,7 @@ TEST(MakeForecast, AddsUpTheSurveyAndThePlan) {
 
 TEST(MakeForecast, NeedsMemoryForTheLargestBrickOfEveryThreadAtATime) {
     Archive archive(1000);
+    archive.job.resources.memory_bytes = std::uint64_t{3} << 30;
     archive.plan.bricks.resize(3);
     archive.plan.bricks[0].core_points = 10'000'000;
     archive.plan.bricks[1].core_points = 1'000'000;

@@ -47,9 +47,8 @@ KeptFile write(const std::filesystem::path& path, const SourceTable& table,
 
 std::vector<LatticeIndex> sorted_indices(const KeptSplitter& splitter, const KeptFile& file) {
     std::vector<LatticeIndex> indices;
-    splitter.read(file, [&](PointId, const Vec3&, const LatticeIndex& index) {
-        indices.push_back(index);
-    });
+    splitter.read(
+        file, [&](PointId, const Vec3&, const LatticeIndex& index) { indices.push_back(index); });
     std::sort(indices.begin(), indices.end());
     return indices;
 }

@@ -34,9 +34,7 @@ void wait_for_a_line() {
 class JsonProgress : public testing::Test {
   protected:
     JsonProgress() { testing::internal::CaptureStderr(); }
-    static std::vector<Json> lines() {
-        return lines_of(testing::internal::GetCapturedStderr());
-    }
+    static std::vector<Json> lines() { return lines_of(testing::internal::GetCapturedStderr()); }
 
     std::unique_ptr<Progress> progress_ = make_progress({.mode = "json"});
 };

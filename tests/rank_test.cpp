@@ -210,9 +210,8 @@ class DamagedBrick : public testing::Test {
     bool refused() {
         return test::refuses(files_[1].path, [&] {
             const auto nobody = [](std::uint64_t) {};
-            Ranking ranking(
-                table_, files_,
-                {.folder = folder_.path(), .curvature = {}, .budget_bytes = kAmple});
+            Ranking ranking(table_, files_,
+                            {.folder = folder_.path(), .curvature = {}, .budget_bytes = kAmple});
             ranking.rank(ranking.measure_spacing(nobody), nobody);
         });
     }

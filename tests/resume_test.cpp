@@ -8,6 +8,7 @@
 #include <chrono>
 #include <csignal>
 #include <random>
+#include <set>
 #include <thread>
 
 #include "base/scratch.hpp"
@@ -85,6 +86,24 @@ class Resume : public testing::Test {
             }
         }
         return {};
+    }
+
+    std::vector<fs::path> scratch_files(const std::string& ending) const {
+        std::vector<fs::path> files;
+        for (const auto& entry : fs::directory_iterator(scratch())) {
+            if (entry.path().extension() == ending) {
+                files.push_back(entry.path());
+            }
+        }
+        std::sort(files.begin(), files.end());
+        return files;
+    }
+
+    /// Flips a bit.
+    static void damage(std::mt19937_64& random, const fs::path& file) {
+        std::string bytes = test::read_bytes(file);
+        bytes[random() % bytes.size()] ^= static_cast<char>(1 << random() % 8);
+        test::write_bytes(file, bytes);
     }
 
     std::string result() const {
@@ -310,14 +329,8 @@ TEST_F(Resume, ADamagedBrickIsMadeAgainFromTheSources) {
     run_whole();
     const std::string expected = result();
     stop_in(job_, "rank", 0);
-    std::vector<fs::path> bricks;
-    for (const auto& entry : fs::directory_iterator(scratch())) {
-        if (entry.path().extension() == ".brick") {
-            bricks.push_back(entry.path());
-        }
-    }
+    const std::vector<fs::path> bricks = scratch_files(".brick");
     ASSERT_GE(bricks.size(), 50U);
-    std::sort(bricks.begin(), bricks.end());
     std::string bytes = test::read_bytes(bricks[10]);
     bytes[bytes.size() / 2] ^= 4;
     test::write_bytes(bricks[10], bytes);
@@ -330,6 +343,67 @@ TEST_F(Resume, ADamagedBrickIsMadeAgainFromTheSources) {
         EXPECT_THAT(never.notes(), testing::Contains(AllOf(HasSubstr(bricks[damaged].filename()),
                                                            HasSubstr("again"))));
     }
+}
+
+TEST_F(Resume, ABrickWhoseRunsAreDamagedIsRankedAgainFromTheSources) {
+    run_whole();
+    const std::string expected = result();
+    std::mt19937_64 random(6);
+    std::set<std::string> kinds;
+    for (const int calls : {0, 20, 60, 100}) {
+        for (const char* stage : {"rank", "merge"}) {
+            job_.restart = true;
+            stop_in(job_, stage, stage == std::string("rank") ? 2 * calls + 20 : calls);
+            job_.restart = false;
+            std::set<std::string> damaged;
+            for (const char* kind : {".run", ".stragglers", ".kept", ".open"}) {
+                const std::vector<fs::path> files = scratch_files(kind);
+                for (std::size_t i = 0; i < std::min<std::size_t>(files.size(), 3); ++i) {
+                    const fs::path& file = files[random() % files.size()];
+                    if (damaged.insert(file.filename()).second) {
+                        damage(random, file);
+                        kinds.insert(kind);
+                    }
+                }
+            }
+            Stopper never(kNever);
+            run(job_, never);
+            EXPECT_EQ(result() == expected, true) << stage << " " << calls;
+            EXPECT_FALSE(damaged.empty());
+            EXPECT_THAT(never.notes(), testing::Contains(HasSubstr("from the sources again")));
+            EXPECT_EQ(scratch(), fs::path());
+        }
+    }
+    EXPECT_THAT(kinds, testing::UnorderedElementsAre(".run", ".stragglers", ".kept", ".open"));
+}
+
+TEST_F(Resume, TilesThatAreDoneAreNotEncodedAgain) {
+    run_whole();
+    const std::string expected = result();
+    job_.resources.threads = 1;
+    const fs::path partial = folder_ / "out.partial";
+    std::vector<fs::path> tiles;
+    for (int calls = 4; tiles.empty(); calls += 4) {
+        stop_in(job_, "emit", calls);
+        for (const auto& entry : fs::directory_iterator(partial / "tiles")) {
+            tiles.push_back(entry.path());
+        }
+    }
+    std::sort(tiles.begin(), tiles.end());
+    const auto written = fs::last_write_time(tiles.front());
+    EXPECT_EQ(run_whole().counts.in, 8000U);
+    EXPECT_EQ(result() == expected, true);
+    EXPECT_EQ(fs::last_write_time(folder_ / "out" / "tiles" / tiles.front().filename()), written);
+    EXPECT_FALSE(fs::exists(partial));
+
+    stop_in(job_, "emit", 4);
+    EXPECT_TRUE(fs::exists(partial));
+    job_.range.alpha *= 2;
+    job_.restart = true;
+    run_whole();
+    EXPECT_FALSE(fs::exists(partial)) << "what is begun anew takes nothing up";
+    EXPECT_EQ(Archive(folder_ / "out").verify().tiles,
+              Archive(folder_ / "out").manifest().tiles.size());
 }
 
 TEST_F(Resume, AFlippedBitInAnyScratchFileIsNoticed) {
@@ -353,13 +427,14 @@ TEST_F(Resume, AFlippedBitInAnyScratchFileIsNoticed) {
             }
             std::sort(files.begin(), files.end());
             const fs::path file = files[random() % files.size()];
-            std::string bytes = test::read_bytes(file);
-            bytes[random() % bytes.size()] ^= static_cast<char>(1 << random() % 8);
-            test::write_bytes(file, bytes);
-            // Either nothing of the file mattered any more, or the error names it.
+            damage(random, file);
+            // Either nothing of the file mattered any more, or it is made again, or the error
+            // names it.
+            Stopper never(kNever);
             try {
-                run_whole();
+                run(job_, never);
                 EXPECT_EQ(result() == expected, true) << file;
+                noticed += never.notes().size() > 1 ? 1 : 0;
             } catch (const StorageError& error) {
                 EXPECT_THAT(error.what(), HasSubstr(file.filename().string()));
                 ++noticed;

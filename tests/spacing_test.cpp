@@ -22,13 +22,27 @@ struct Spacing {
     std::uint64_t count = 0;
 };
 
+enum class Way { kWhole, kSparse };
+
+BrickSpacing spacing_of(const test::CutBrick& brick, const SpacingSample& sample, const Box& box,
+                        Way way) {
+    if (way == Way::kWhole) {
+        return brick_spacing(block_brick(brick.points), sample, brick.brick.halo, box);
+    }
+    std::vector<TaggedPoint> points;
+    for (std::size_t i = 0; i < brick.points.ids.size(); ++i) {
+        points.emplace_back(brick.points.positions[i], brick.points.ids[i],
+                            i < brick.points.core_count);
+    }
+    return sparse_spacing(points, sample, brick.brick.halo, box);
+}
+
 // The spacing of a cut: what each brick knows, and the rest gathered.
-Spacing spacing_of(const test::CutCloud& cut, const SpacingSample& sample) {
+Spacing spacing_of(const test::CutCloud& cut, const SpacingSample& sample, Way way = Way::kWhole) {
     BrickSpacing total;
     CoreAccess cores;
     for (const test::CutBrick& brick : cut.bricks) {
-        const BrickSpacing part =
-            brick_spacing(block_brick(brick.points), sample, brick.brick.halo, cut.box);
+        const BrickSpacing part = spacing_of(brick, sample, cut.box, way);
         total.sum.add(part.sum);
         total.count += part.count;
         total.stragglers.insert(total.stragglers.end(), part.stragglers.begin(),
@@ -75,6 +89,9 @@ TEST(Spacing, IsThatOfBruteForceForAnyCutIntoBricks) {
         const Spacing found = spacing_of(cut, SpacingSample(points.ids.size()));
         ASSERT_EQ(found.count, distances.size()) << "round " << round;
         ASSERT_EQ(found.sum, reference::exact_sum(distances)) << "round " << round;
+        const Spacing sparse = spacing_of(cut, SpacingSample(points.ids.size()), Way::kSparse);
+        ASSERT_EQ(sparse.count, distances.size()) << "round " << round;
+        ASSERT_EQ(sparse.sum, found.sum) << "round " << round;
     }
 }
 
@@ -91,6 +108,10 @@ TEST(Spacing, OfASampleIsTheSameForAnyCut) {
         const Spacing cut = spacing_of(test::cut_cloud(random, points, 2000, halo), sample);
         EXPECT_EQ(cut.sum, whole.sum);
         EXPECT_EQ(cut.count, whole.count);
+        const test::CutCloud bricks = test::cut_cloud(random, points, 2000, halo);
+        const Spacing sparse = spacing_of(bricks, sample, Way::kSparse);
+        EXPECT_EQ(sparse.sum, whole.sum);
+        EXPECT_EQ(sparse.count, whole.count);
     }
 }
 

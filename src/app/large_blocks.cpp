@@ -5,8 +5,8 @@
 #include <new>
 
 // What the program allocates in large blocks it asks the system to back with large pages: bricks
-// are hundreds of MiB that come and go, and every page of 4 KiB that is touched first is a call of the
-// system (docs/performance.md). Only the program does so; who links the library keeps his own
+// are hundreds of MiB that come and go, and every page of 4 KiB that is touched first is a call of
+// the system (docs/performance.md). Only the program does so; who links the library keeps his own
 // allocator. Sanitizers bring theirs.
 
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)

@@ -1,5 +1,9 @@
 #include "base/memory_gate.hpp"
 
+#if defined(__GLIBC__)
+#include <malloc.h>
+#endif
+
 namespace knap {
 
 MemoryGate::Ticket MemoryGate::admit(std::uint64_t bytes) {
@@ -15,6 +19,12 @@ void MemoryGate::release(std::uint64_t bytes) {
         used_ -= bytes;
     }
     changed_.notify_all();
+}
+
+void release_free_memory() {
+#if defined(__GLIBC__)
+    ::malloc_trim(0);
+#endif
 }
 
 }  // namespace knap

@@ -36,4 +36,8 @@ class MemoryGate {
     std::uint64_t used_ = 0;
 };
 
+/// Gives memory that was freed, but that the allocator still holds, back to the system, where the
+/// allocator can.
+void release_free_memory();
+
 }  // namespace knap

@@ -48,8 +48,8 @@ ArchiveWriter::ArchiveWriter(Manifest manifest, ArchiveOutput output)
     std::error_code error;
     std::filesystem::create_directory(folder_.path() / "tiles", error);
     if (error) {
-        throw StorageError(fmt::format("{}: cannot create: {}",
-                                       (folder_.path() / "tiles").string(), error.message()));
+        throw StorageError(fmt::format("{}: cannot create: {}", (folder_.path() / "tiles").string(),
+                                       error.message()));
     }
 }
 
@@ -73,9 +73,8 @@ void ArchiveWriter::add(std::span<LatticeIndex> points, std::uint64_t memory_byt
 ManifestTile ArchiveWriter::tile(std::size_t number, std::span<const LatticeIndex> points,
                                  const LatticeBounds& bounds) const {
     const auto done = output_.tiles.done.find(number);
-    const bool is_done =
-        done != output_.tiles.done.end() && is_whole(folder_.path() / done->second.file,
-                                                     done->second);
+    const bool is_done = done != output_.tiles.done.end() &&
+                         is_whole(folder_.path() / done->second.file, done->second);
     return is_done ? done->second : write_tile(number, points, bounds);
 }
 

@@ -78,8 +78,8 @@ std::vector<ManifestSource> manifest_sources(const SourceTable& sources) {
 std::uint64_t points_in_memory(std::uint64_t kept, const EmitRequest& request) {
     const std::uint64_t tile = std::min(kept, request.output.tile_points);
     const std::uint64_t least = emit_memory_bytes(kept, request.output);
-    const std::uint64_t more = static_cast<std::uint64_t>(request.threads - 1) *
-                               encode_memory_bytes(tile);
+    const std::uint64_t more =
+        static_cast<std::uint64_t>(request.threads - 1) * encode_memory_bytes(tile);
     const std::uint64_t room = request.memory_bytes - least;
     return 2 * tile + (room - std::min(room, more)) / sizeof(LatticeIndex);
 }

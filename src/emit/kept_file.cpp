@@ -119,9 +119,8 @@ std::pair<KeptFile, KeptFile> KeptSplitter::split(const KeptFile& file,
     const std::uint64_t half = file.points / 2;
     const LatticeIndex middle = point_of_rank(file, order, half);
     std::uint64_t below = 0;
-    read(file, [&](PointId, const Vec3&, const LatticeIndex& p) {
-        below += order(p, middle) ? 1 : 0;
-    });
+    read(file,
+         [&](PointId, const Vec3&, const LatticeIndex& p) { below += order(p, middle) ? 1 : 0; });
     // Points in the place of the middle one go to either half: they are all alike.
     std::uint64_t alike_below = half - below;
     KeptFileWriter low(lower, table_, lattice_);

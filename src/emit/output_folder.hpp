@@ -16,8 +16,7 @@ class OutputFolder {
 
     /// Creates `target`.partial.
     /// @throws StorageError if it cannot be created, or holds files that are not of an archive
-    explicit OutputFolder(std::filesystem::path target,
-                          Unfinished unfinished = Unfinished::kGoes);
+    explicit OutputFolder(std::filesystem::path target, Unfinished unfinished = Unfinished::kGoes);
     ~OutputFolder();
     OutputFolder(const OutputFolder&) = delete;
     OutputFolder& operator=(const OutputFolder&) = delete;

@@ -1,6 +1,7 @@
 #include "merge/pieces.hpp"
 
 #include <algorithm>
+#include <array>
 
 #include "base/threads.hpp"
 
@@ -28,17 +29,18 @@ class CutTree {
     std::size_t pieces() const { return faces_.size() + 1; }
 
     std::size_t piece_of(const Vec3& p) const {
+        const std::array<double, 3> coordinates{p.x, p.y, p.z};
         std::size_t at = 0;
         for (std::size_t level = 0; level < depth_; ++level) {
             const Face& face = faces_[at];
-            at = 2 * at + (p[face.axis] < face.at ? 1 : 2);
+            at = 2 * at + 2 - static_cast<std::size_t>(coordinates[face.axis] < face.at);
         }
         return at - faces_.size();
     }
 
   private:
     struct Face {
-        int axis = 0;
+        std::size_t axis = 0;
         double at = 0;
     };
 
@@ -55,7 +57,7 @@ class CutTree {
         const auto half = static_cast<std::ptrdiff_t>(sample.size() / 2);
         std::nth_element(sample.begin(), sample.begin() + half, sample.end(),
                          [axis](const Vec3& a, const Vec3& b) { return a[axis] < b[axis]; });
-        faces_[node] = {axis, sample[sample.size() / 2][axis]};
+        faces_[node] = {static_cast<std::size_t>(axis), sample[sample.size() / 2][axis]};
         cut(2 * node + 1, sample.first(sample.size() / 2));
         cut(2 * node + 2, sample.subspan(sample.size() / 2));
     }

@@ -25,8 +25,8 @@ constexpr std::uint64_t kProcessBytes = 80 * kMiB;
 constexpr std::uint64_t kLargestGrid = 192 * kMiB;
 // Bricks smaller than this are more halo than core.
 constexpr std::uint64_t kSmallestBrick = 20'000;
-// A brick that takes longer would be long in noticing that it is to stop.
-constexpr std::uint64_t kLargestBrick = 4'000'000;
+// What is larger does not stay in the caches, and is long in noticing that it is to stop.
+constexpr std::uint64_t kLargestBrick = 250'000;
 // So that threads do not wait for the last one, and that brick files which wait for their runs are
 // a small part of the scratch.
 constexpr std::uint64_t kBricksPerThread = 4;
@@ -104,8 +104,7 @@ Forecast make_forecast(const Job& job, const Survey& survey, const BrickPlan& pl
                                    survey.occupancy.voxel_count() * sizeof(Voxel) +
                                    survey_overhead_bytes(static_cast<int>(threads));
     const std::uint64_t buffers =
-        scatter_buffer_bytes(forecast.bricks, static_cast<int>(threads),
-                             budgets.stage / 4);
+        scatter_buffer_bytes(forecast.bricks, static_cast<int>(threads), budgets.stage / 4);
     const std::uint64_t scattering =
         planning + std::min(buffers, 2 * survey.table.packed_size() * in_bricks);
     forecast.memory_bytes =

@@ -24,10 +24,9 @@ class MergeFiles {
     /// @param budget_bytes  of the merge; blocks of open runs take a part of it
     /// @param remake        ranks a brick whose files cannot be read again; told why
     /// All references must outlive the object.
-    MergeFiles(
-        ScratchFolder& scratch, JobLog& log, const SourceTable& table, std::uint64_t budget_bytes,
-        const std::vector<RankedFiles>& bricks,
-        std::function<std::vector<RankedPoint>(std::size_t, const std::string& why)> remake);
+    MergeFiles(ScratchFolder& scratch, JobLog& log, const SourceTable& table,
+               std::uint64_t budget_bytes, const std::vector<RankedFiles>& bricks,
+               std::function<std::vector<RankedPoint>(std::size_t, const std::string& why)> remake);
 
     /// Every brick as merge takes it: its runs, or what an earlier run found.
     std::vector<RankedPart> parts();

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <span>
@@ -282,9 +283,8 @@ class Pipeline {
         const double spacing = clock_.time("spacing", points, [&](const auto& advance) {
             return ranking.measure_spacing(advance);
         });
-        return clock_.time("rank", points, [&](const auto& advance) {
-            return ranking.rank(spacing, advance);
-        });
+        return clock_.time("rank", points,
+                           [&](const auto& advance) { return ranking.rank(spacing, advance); });
     }
 
     MergeResult merge_all(const SourceTable& table, const RankResult& ranked, BrickMaker& maker) {
@@ -304,7 +304,7 @@ class Pipeline {
                           .mean_curvature = ranked.mean_curvature,
                           .points = table.points(),
                           .box = table.box(),
-                          .budget_bytes = budgets_.stage,
+                          .budget_bytes = beside_selection(table),
                           .on_settled = files.keeper()},
                          advance);
         });
@@ -316,6 +316,10 @@ class Pipeline {
         }
         files.remove_all();
         return merged;
+    }
+
+    std::uint64_t beside_selection(const SourceTable& table) const {
+        return budgets_.stage - std::min(budgets_.stage, Selection::memory_bytes(table.points()));
     }
 
     Report emit_all(const SourceTable& table, std::size_t bricks, const RankResult& ranked,
@@ -333,7 +337,7 @@ class Pipeline {
                          .mean_curvature = ranked.mean_curvature,
                          .parameters = result_parameters(job_),
                          .output = job_.output,
-                         .memory_bytes = budgets_.stage,
+                         .memory_bytes = beside_selection(table),
                          .threads = threads_,
                          .scratch = scratch_.path(),
                          .tiles = {.done = read_tiles(log_),

@@ -1,5 +1,7 @@
 #include "pipeline/stage_clock.hpp"
 
+#include "base/memory_gate.hpp"
+
 namespace knap {
 
 void StageClock::begin(std::string name, std::uint64_t points) {
@@ -13,6 +15,8 @@ void StageClock::end() {
         std::chrono::duration<double>(std::chrono::steady_clock::now() - started_).count();
     progress_.end(current_);
     reports_.push_back(current_);
+    // What the stage freed here and there must not count against the next one's budget.
+    release_free_memory();
 }
 
 }  // namespace knap

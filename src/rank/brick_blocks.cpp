@@ -33,18 +33,22 @@ PointBlocks block_brick(BrickPoints brick) {
     return make_blocks(std::move(points));
 }
 
-PointBlocks load_brick(const BrickFile& file, const SourceTable& table, bool with_halo) {
+std::vector<TaggedPoint> load_points(const BrickFile& file, const SourceTable& table,
+                                     bool with_halo) {
     std::vector<TaggedPoint> points;
     points.reserve(file.core_points + (with_halo ? file.halo_points : 0));
     std::uint64_t core = 0;
-    stream_brick_file(file.path, table, with_halo,
-                      [&](PointId id, const Vec3& p, BrickPart part) {
-                          core += part == BrickPart::kCore ? 1 : 0;
-                          points.emplace_back(p, id, part == BrickPart::kCore);
-                      });
+    stream_brick_file(file.path, table, with_halo, [&](PointId id, const Vec3& p, BrickPart part) {
+        core += part == BrickPart::kCore ? 1 : 0;
+        points.emplace_back(p, id, part == BrickPart::kCore);
+    });
     check_count(file, "core", file.core_points, core);
     check_count(file, "halo", with_halo ? file.halo_points : 0, points.size() - core);
-    return make_blocks(std::move(points));
+    return points;
+}
+
+PointBlocks load_brick(const BrickFile& file, const SourceTable& table, bool with_halo) {
+    return make_blocks(load_points(file, table, with_halo));
 }
 
 CorePoints points_of(const PointBlocks& blocks) {

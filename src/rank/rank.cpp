@@ -24,6 +24,9 @@ namespace knap {
 
 namespace {
 
+// Where less than this share of the points is sampled, most are not needed for the spacing.
+constexpr double kSparse = 1.0 / 64;
+
 /// Stragglers of some consecutive bricks.
 struct StragglerGroup {
     std::vector<Straggler> points;
@@ -82,18 +85,27 @@ class Ranking::Passes {
     }
 
   private:
+    // A damaged file is made again, once.
+    template <typename Read>
+    auto again_if_damaged(std::size_t i, const Read& read) const {
+        try {
+            return read();
+        } catch (const StorageError& error) {
+            if (!request_.remake) {
+                throw;
+            }
+            request_.remake(i, error.what());
+        }
+        return read();
+    }
+
     double measure_spacing(const Advance& advance) {
         const SpacingSample sample(table_.points() - table_.rejected());
         BrickSpacing total;
         parallel_tasks(bricks_.size(), [&](std::size_t i) {
             const BrickFile& file = bricks_[i];
             const auto ticket = admit(file);
-            PointBlocks brick = load(i);
-            const BrickSpacing part =
-                brick_spacing(brick, sample, file.brick.halo, table_.box());
-            if (i < held_.size()) {
-                held_[i] = std::move(brick);
-            }
+            const BrickSpacing part = spacing_of(i, sample);
             const std::scoped_lock lock(mutex_);
             advance(file.core_points);
             total.sum.add(part.sum);
@@ -110,6 +122,21 @@ class Ranking::Passes {
             }
         }
         return total.count == 0 ? 0 : total.sum.value() / static_cast<double>(total.count);
+    }
+
+    BrickSpacing spacing_of(std::size_t i, const SpacingSample& sample) {
+        const Box& halo = bricks_[i].brick.halo;
+        if (i >= held_.size() && sample.share() < kSparse) {
+            const std::vector<TaggedPoint> points =
+                again_if_damaged(i, [&] { return load_points(bricks_[i], table_); });
+            return sparse_spacing(points, sample, halo, table_.box());
+        }
+        PointBlocks brick = load(i);
+        BrickSpacing spacing = brick_spacing(brick, sample, halo, table_.box());
+        if (i < held_.size()) {
+            held_[i] = std::move(brick);
+        }
+        return spacing;
     }
 
     void rank_bricks(const FourierEstimator& estimator, const Advance& advance) {
@@ -240,17 +267,8 @@ class Ranking::Passes {
             result_.points == 0 ? 0 : sum.value() / static_cast<double>(result_.points);
     }
 
-    // A damaged file is made again, once.
     PointBlocks load(std::size_t i, bool with_halo = true) const {
-        try {
-            return load_brick(bricks_[i], table_, with_halo);
-        } catch (const StorageError& error) {
-            if (!request_.remake) {
-                throw;
-            }
-            request_.remake(i, error.what());
-        }
-        return load_brick(bricks_[i], table_, with_halo);
+        return again_if_damaged(i, [&] { return load_brick(bricks_[i], table_, with_halo); });
     }
 
     // The core of a brick whose file is gone: its run and its stragglers.

@@ -20,8 +20,8 @@ std::vector<RankedPoint> rank_again(const SourceTable& table, const BrickFile& f
         rank_brick(load_brick(file, table), params.neighbours, estimator, file.brick.halo,
                    table.box(), [&](const RankedPoint& point) { certain.push_back(point); });
     const auto k = static_cast<std::size_t>(params.neighbours);
-    const std::vector<RankedPoint> others = rank_stragglers(
-        brick.stragglers, gather(brick.stragglers, k, archive), estimator);
+    const std::vector<RankedPoint> others =
+        rank_stragglers(brick.stragglers, gather(brick.stragglers, k, archive), estimator);
     std::vector<RankedPoint> all;
     all.reserve(certain.size() + others.size());
     std::merge(certain.begin(), certain.end(), others.begin(), others.end(),

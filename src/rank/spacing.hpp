@@ -18,6 +18,8 @@ class SpacingSample {
     /// @param points  finite points of the archive
     explicit SpacingSample(std::uint64_t points);
     bool contains(PointId id) const;
+    /// Of all points, about.
+    double share() const;
 
   private:
     std::uint64_t threshold_;
@@ -35,5 +37,11 @@ struct BrickSpacing {
 /// @param archive  box of all points
 BrickSpacing brick_spacing(const PointBlocks& brick, const SpacingSample& sample, const Box& halo,
                            const Box& archive);
+
+/// The same where the sample is a small share of the points: only those near sampled ones are put
+/// into blocks, in ever wider cells around the samples whose neighbour is not found yet.
+/// @param points  of the brick, core and halo
+BrickSpacing sparse_spacing(const std::vector<TaggedPoint>& points, const SpacingSample& sample,
+                            const Box& halo, const Box& archive);
 
 }  // namespace knap
