@@ -15,104 +15,20 @@
 #include "knap/archive.hpp"
 #include "knap/error.hpp"
 #include "knap/job.hpp"
-#include "support/archive_bytes.hpp"
-#include "support/clouds.hpp"
-#include "support/damage.hpp"
+#include "support/resume_fixture.hpp"
 
 namespace knap {
 namespace {
+
+class Resume : public test::ResumeFixture {};
+using test::kNever;
+using test::stop_in;
+using test::Stopper;
 
 namespace fs = std::filesystem;
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::ThrowsMessage;
-
-/// Stops a job at its n-th call, or never.
-class Stopper final : public Progress {
-  public:
-    explicit Stopper(std::int64_t calls) : left_(calls) {}
-    void begin(std::string_view stage, std::uint64_t /*total*/) override {
-        stages_.emplace_back(stage);
-        count();
-    }
-    void advance(std::uint64_t /*points*/) override { count(); }
-    void note(std::string_view message) override { notes_.emplace_back(message); }
-
-    std::int64_t calls() const { return calls_; }
-    const std::vector<std::string>& notes() const { return notes_; }
-    const std::vector<std::string>& stages() const { return stages_; }
-
-  private:
-    void count() {
-        ++calls_;
-        if (left_-- == 0) {
-            throw Interrupted("stopped");
-        }
-    }
-
-    std::int64_t left_;
-    std::int64_t calls_ = 0;
-    std::vector<std::string> notes_;
-    std::vector<std::string> stages_;
-};
-
-constexpr std::int64_t kNever = std::int64_t{1} << 60;
-
-class Resume : public testing::Test {
-  protected:
-    Resume() {
-        test::write_ply(folder_ / "in.ply", test::sphere_cloud(8000, 3), true);
-        job_.input = {(folder_ / "in.ply").string()};
-        job_.range.alpha = 0.05;
-        job_.output.path = (folder_ / "out").string();
-        job_.output.ids = (folder_ / "ids").string();
-        job_.output.overwrite = true;
-        job_.output.tile_points = 1000;
-        job_.resources.memory_bytes = std::uint64_t{512} << 20;
-        job_.resources.threads = 2;
-        job_.resources.brick_points = 100;
-    }
-
-    Report run_whole() {
-        Stopper never(kNever);
-        return run(job_, never);
-    }
-
-    /// The scratch folder that an unfinished run left.
-    fs::path scratch() const {
-        for (const auto& entry : fs::directory_iterator(folder_.path())) {
-            if (entry.path().filename().string().starts_with("knap-out-")) {
-                return entry.path();
-            }
-        }
-        return {};
-    }
-
-    std::vector<fs::path> scratch_files(const std::string& ending) const {
-        std::vector<fs::path> files;
-        for (const auto& entry : fs::directory_iterator(scratch())) {
-            if (entry.path().extension() == ending) {
-                files.push_back(entry.path());
-            }
-        }
-        std::sort(files.begin(), files.end());
-        return files;
-    }
-
-    /// Flips a bit.
-    static void damage(std::mt19937_64& random, const fs::path& file) {
-        std::string bytes = test::read_bytes(file);
-        bytes[random() % bytes.size()] ^= static_cast<char>(1 << random() % 8);
-        test::write_bytes(file, bytes);
-    }
-
-    std::string result() const {
-        return test::archive_bytes(folder_ / "out") + test::read_bytes(folder_ / "ids");
-    }
-
-    test::TemporaryFolder folder_;
-    Job job_;
-};
 
 TEST_F(Resume, AJobStoppedAnywhereGoesOnToTheSameBytes) {
     const Report whole = run_whole();
@@ -207,30 +123,6 @@ TEST_F(Resume, AProcessKilledAtAnyMomentGoesOnToTheSameBytes) {
     EXPECT_GT(killed, 0) << "the moments lie within the run";
 }
 
-// Leaves an unfinished run that has got into a stage.
-void stop_in(const Job& job, const std::string& stage, int calls = 1) {
-    class InStage final : public Progress {
-      public:
-        InStage(std::string stage, int calls) : stage_(std::move(stage)), left_(calls) {}
-        void begin(std::string_view stage, std::uint64_t /*total*/) override {
-            inside_ = stage == stage_;
-        }
-        void advance(std::uint64_t /*points*/) override {
-            if (inside_ && left_-- == 0) {
-                throw Interrupted("stopped");
-            }
-        }
-
-      private:
-        std::string stage_;
-        int left_;
-        bool inside_ = false;
-    };
-    InStage stopper(stage, calls);
-    EXPECT_THAT([&] { run(job, stopper); },
-                ThrowsMessage<Interrupted>(HasSubstr("the same command goes on")));
-}
-
 TEST_F(Resume, DoesNotDoAgainWhatIsDone) {
     stop_in(job_, "rank", 60);
     const fs::path journal = scratch() / "journal";
@@ -310,73 +202,6 @@ TEST_F(Resume, OfTwoRunsTheSecondIsRefused) {
                 ThrowsMessage<StorageError>(HasSubstr("another run of knap works")));
 }
 
-TEST_F(Resume, ADamagedJournalIsToldAndLeftAlone) {
-    stop_in(job_, "rank", 20);
-    const fs::path journal = scratch() / "journal";
-    std::string text = test::read_bytes(journal);
-    text[text.size() / 2] ^= 1;
-    test::write_bytes(journal, text);
-    for (int attempt = 0; attempt < 2; ++attempt) {
-        EXPECT_THAT([&] { run_whole(); },
-                    ThrowsMessage<StorageError>(
-                        AllOf(HasSubstr(journal.string()), HasSubstr("--restart"))));
-    }
-    job_.restart = true;
-    EXPECT_EQ(run_whole().counts.in, 8000U);
-}
-
-TEST_F(Resume, ADamagedBrickIsMadeAgainFromTheSources) {
-    run_whole();
-    const std::string expected = result();
-    stop_in(job_, "rank", 0);
-    const std::vector<fs::path> bricks = scratch_files(".brick");
-    ASSERT_GE(bricks.size(), 50U);
-    std::string bytes = test::read_bytes(bricks[10]);
-    bytes[bytes.size() / 2] ^= 4;
-    test::write_bytes(bricks[10], bytes);
-    test::write_bytes(bricks[20], test::read_bytes(bricks[20]).substr(0, 50));
-    fs::remove(bricks[30]);
-    Stopper never(kNever);
-    run(job_, never);
-    EXPECT_EQ(result() == expected, true);
-    for (const std::size_t damaged : {10, 20, 30}) {
-        EXPECT_THAT(never.notes(), testing::Contains(AllOf(HasSubstr(bricks[damaged].filename()),
-                                                           HasSubstr("again"))));
-    }
-}
-
-TEST_F(Resume, ABrickWhoseRunsAreDamagedIsRankedAgainFromTheSources) {
-    run_whole();
-    const std::string expected = result();
-    std::mt19937_64 random(6);
-    std::set<std::string> kinds;
-    for (const int calls : {0, 20, 60, 100}) {
-        for (const char* stage : {"rank", "merge"}) {
-            job_.restart = true;
-            stop_in(job_, stage, stage == std::string("rank") ? 2 * calls + 20 : calls);
-            job_.restart = false;
-            std::set<std::string> damaged;
-            for (const char* kind : {".run", ".stragglers", ".kept", ".open"}) {
-                const std::vector<fs::path> files = scratch_files(kind);
-                for (std::size_t i = 0; i < std::min<std::size_t>(files.size(), 3); ++i) {
-                    const fs::path& file = files[random() % files.size()];
-                    if (damaged.insert(file.filename()).second) {
-                        damage(random, file);
-                        kinds.insert(kind);
-                    }
-                }
-            }
-            Stopper never(kNever);
-            run(job_, never);
-            EXPECT_EQ(result() == expected, true) << stage << " " << calls;
-            EXPECT_FALSE(damaged.empty());
-            EXPECT_THAT(never.notes(), testing::Contains(HasSubstr("from the sources again")));
-            EXPECT_EQ(scratch(), fs::path());
-        }
-    }
-    EXPECT_THAT(kinds, testing::UnorderedElementsAre(".run", ".stragglers", ".kept", ".open"));
-}
-
 TEST_F(Resume, TilesThatAreDoneAreNotEncodedAgain) {
     run_whole();
     const std::string expected = result();
@@ -404,67 +229,6 @@ TEST_F(Resume, TilesThatAreDoneAreNotEncodedAgain) {
     EXPECT_FALSE(fs::exists(partial)) << "what is begun anew takes nothing up";
     EXPECT_EQ(Archive(folder_ / "out").verify().tiles,
               Archive(folder_ / "out").manifest().tiles.size());
-}
-
-TEST_F(Resume, AFlippedBitInAnyScratchFileIsNoticed) {
-    run_whole();
-    const std::string expected = result();
-    std::mt19937_64 random(4);
-    int noticed = 0;
-    for (const char* stage : {"scatter", "rank", "merge", "emit"}) {
-        for (int round = 0; round < 8; ++round) {
-            job_.restart = true;
-            stop_in(job_, stage,
-                    stage == std::string("rank") || stage == std::string("merge")
-                        ? static_cast<int>(random() % 50)
-                        : 0);
-            job_.restart = false;
-            std::vector<fs::path> files;
-            for (const auto& entry : fs::directory_iterator(scratch())) {
-                if (entry.file_size() > 0) {
-                    files.push_back(entry.path());
-                }
-            }
-            std::sort(files.begin(), files.end());
-            const fs::path file = files[random() % files.size()];
-            damage(random, file);
-            // Either nothing of the file mattered any more, or it is made again, or the error
-            // names it.
-            Stopper never(kNever);
-            try {
-                run(job_, never);
-                EXPECT_EQ(result() == expected, true) << file;
-                noticed += never.notes().size() > 1 ? 1 : 0;
-            } catch (const StorageError& error) {
-                EXPECT_THAT(error.what(), HasSubstr(file.filename().string()));
-                ++noticed;
-            }
-        }
-    }
-    EXPECT_GT(noticed, 4);
-}
-
-TEST_F(Resume, ATornJournalLineIsAStepThatWasNotDone) {
-    run_whole();
-    const std::string expected = result();
-    std::mt19937_64 random(3);
-    for (int round = 0; round < 10; ++round) {
-        stop_in(job_, "rank", static_cast<int>(random() % 60));
-        const fs::path journal = scratch() / "journal";
-        const std::string text = test::read_bytes(journal);
-        const std::size_t last_line = text.rfind('\n', text.size() - 2) + 1;
-        test::write_bytes(journal, text.substr(0, last_line + random() % 20));
-        // What the lost line named may be gone: then the file it was made from is missing.
-        try {
-            run_whole();
-            EXPECT_EQ(result() == expected, true);
-        } catch (const StorageError& error) {
-            EXPECT_THAT(error.what(), HasSubstr(".brick"));
-            job_.restart = true;
-            run_whole();
-            job_.restart = false;
-        }
-    }
 }
 
 }  // namespace

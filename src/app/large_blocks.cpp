@@ -11,6 +11,8 @@
 
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 
+// NOLINTBEGIN(cppcoreguidelines-no-malloc): this is what others are to use instead.
+
 namespace {
 
 constexpr std::size_t kLargePage = std::size_t{2} << 20;
@@ -51,5 +53,7 @@ void operator delete(void* block) noexcept {
 void operator delete(void* block, std::size_t /*size*/) noexcept {
     std::free(block);
 }
+
+// NOLINTEND(cppcoreguidelines-no-malloc)
 
 #endif

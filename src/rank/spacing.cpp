@@ -103,10 +103,13 @@ class NearCells {
         words_.resize(bits / 64);
         for (const TaggedPoint& centre : centres) {
             const Cell at = cell_of(centre.position);
-            for (int i = 0; i < 27; ++i) {
-                const std::size_t bit =
-                    bit_of({at.x + i % 3 - 1, at.y + i / 3 % 3 - 1, at.z + i / 9 - 1});
-                words_[bit / 64] |= std::uint64_t{1} << (bit % 64);
+            for (const double x : {at.x - 1, at.x, at.x + 1}) {
+                for (const double y : {at.y - 1, at.y, at.y + 1}) {
+                    for (const double z : {at.z - 1, at.z, at.z + 1}) {
+                        const std::size_t bit = bit_of({x, y, z});
+                        words_[bit / 64] |= std::uint64_t{1} << (bit % 64);
+                    }
+                }
             }
         }
     }
