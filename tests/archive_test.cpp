@@ -19,6 +19,7 @@
 namespace knap {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::ThrowsMessage;
 using namespace test;

@@ -8,10 +8,11 @@
 
 #include "knap/source.hpp"
 
-// CGAL's hierarchical simplification with its default parameters, a peer for tools/bench --peers.
+// CGAL's hierarchical simplification, a peer for tools/bench --peers: clusters of at most SIZE points,
+// which decides how many points it keeps; the largest variation is its default.
 // CGAL is under the GPL, and so is this program once it is linked; knap itself uses none of it.
 //
-//   knap_bench_cgal CLOUD
+//   knap_bench_cgal CLOUD SIZE
 //
 // prints: points, points kept, seconds (wall, without reading the cloud).
 
@@ -35,14 +36,15 @@ std::vector<Kernel::Point_3> read_points(const std::string& path) {
 
 int main(int argc, char** argv) {
     try {
-        if (argc != 2) {
-            fmt::print(stderr, "usage: knap_bench_cgal CLOUD\n");
+        if (argc != 3) {
+            fmt::print(stderr, "usage: knap_bench_cgal CLOUD SIZE\n");
             return 1;
         }
         std::vector<Kernel::Point_3> points = read_points(argv[1]);
         const std::size_t before = points.size();
         const auto start = std::chrono::steady_clock::now();
-        const auto kept = CGAL::hierarchy_simplify_point_set(points);
+        const auto kept = CGAL::hierarchy_simplify_point_set(
+            points, CGAL::parameters::size(std::stoul(argv[2])));
         const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
         fmt::print("{} {} {:.3f}\n", before, kept - points.begin(), seconds.count());
         return 0;

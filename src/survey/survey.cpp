@@ -20,9 +20,23 @@ namespace {
 constexpr std::size_t kChunkPoints = std::size_t{1} << 16;
 constexpr std::uint64_t kRangePoints = std::uint64_t{1} << 20;
 
-// Voxels along the longest side of the first chunk. Finer than bricks need for most archives; the
-// grid coarsens itself where that is too fine for its budget.
-constexpr double kFirstVoxels = 512;
+// Voxels along the longest side of the first chunk: so many that on a surface about kVoxelPoints
+// points share one. Finer voxels do not make better bricks, and cost time where there are few
+// points. The grid coarsens itself where that is too fine for its budget.
+constexpr double kVoxelPoints = 64;
+constexpr double kMostVoxels = 512;
+constexpr double kFewestVoxels = 64;
+constexpr double kTextBytes = 32;  // of a point, about
+
+double first_voxels(const std::vector<SourceInfo>& infos) {
+    double points = 0;
+    for (const SourceInfo& info : infos) {
+        // Not every text file says how many it has.
+        points += info.declared_count ? static_cast<double>(*info.declared_count)
+                                      : static_cast<double>(info.size_bytes) / kTextBytes;
+    }
+    return std::clamp(std::sqrt(points / kVoxelPoints), kFewestVoxels, kMostVoxels);
+}
 
 // What one thread has seen of one source.
 struct Tally {
@@ -38,7 +52,7 @@ struct Worker {
 };
 
 // From the first chunk that has a finite point, so that it does not depend on threads.
-double first_voxel_size(const std::vector<std::filesystem::path>& files) {
+double first_voxel_size(const std::vector<std::filesystem::path>& files, double voxels) {
     Box box;
     for (const std::filesystem::path& file : files) {
         const std::unique_ptr<PointSource> source = open_source(file);
@@ -64,7 +78,7 @@ double first_voxel_size(const std::vector<std::filesystem::path>& files) {
     constexpr double kResolution = 1e-12;
     const double smallest =
         std::max(farthest * kResolution, std::numeric_limits<double>::min() * 4);
-    return std::max(longest / kFirstVoxels, smallest);
+    return std::max(longest / voxels, smallest);
 }
 
 }  // namespace
@@ -79,7 +93,7 @@ Survey survey(const SurveyRequest& request, const std::function<void(std::uint64
     for (const std::filesystem::path& file : request.files) {
         infos.push_back(open_source(file)->info());
     }
-    const double voxel_size = first_voxel_size(request.files);
+    const double voxel_size = first_voxel_size(request.files, first_voxels(infos));
     const auto threads = static_cast<std::size_t>(std::max(request.threads, 1));
     const std::uint64_t budget = request.budget_bytes / (threads + 1);
     std::vector<Worker> workers;
