@@ -91,7 +91,10 @@ TEST(KeptFile, FindsThePointOfAnyRankHoweverFewItMayHold) {
         const AlongAxis order{random() % 3};
         std::sort(all.begin(), all.end(), order);
         const std::size_t rank = random() % all.size();
-        EXPECT_EQ(splitter.point_of_rank(file, order, rank), all[rank]) << round;
+        const auto found = splitter.point_of_rank(file, order, rank);
+        EXPECT_EQ(found.point, all[rank]) << round;
+        const auto first = std::lower_bound(all.begin(), all.end(), all[rank], order);
+        EXPECT_EQ(found.before, static_cast<std::uint64_t>(first - all.begin())) << round;
     }
 }
 

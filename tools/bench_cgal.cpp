@@ -8,9 +8,9 @@
 
 #include "knap/source.hpp"
 
-// CGAL's hierarchical simplification, a peer for tools/bench --peers: clusters of at most SIZE points,
-// which decides how many points it keeps; the largest variation is its default.
-// CGAL is under the GPL, and so is this program once it is linked; knap itself uses none of it.
+// CGAL's hierarchical simplification, a peer for tools/bench --peers: clusters of at most SIZE
+// points, which decides how many points it keeps; the largest variation is its default. CGAL is
+// under the GPL, and so is this program once it is linked; knap itself uses none of it.
 //
 //   knap_bench_cgal CLOUD SIZE
 //
@@ -43,8 +43,8 @@ int main(int argc, char** argv) {
         std::vector<Kernel::Point_3> points = read_points(argv[1]);
         const std::size_t before = points.size();
         const auto start = std::chrono::steady_clock::now();
-        const auto kept = CGAL::hierarchy_simplify_point_set(
-            points, CGAL::parameters::size(std::stoul(argv[2])));
+        const auto kept =
+            CGAL::hierarchy_simplify_point_set(points, CGAL::parameters::size(std::stoul(argv[2])));
         const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
         fmt::print("{} {} {:.3f}\n", before, kept - points.begin(), seconds.count());
         return 0;

@@ -67,7 +67,7 @@ class Follower : public Progress {
     const std::string& stage() const { return stage_; }
     std::uint64_t total() const { return total_; }
     std::uint64_t points() const { return points_; }
-    /// Points a second since the stage began; 0 as long as nothing is known of it.
+    /// Points a second, without what an earlier run has done; 0 as long as nothing is known of it.
     double rate() const {
         const double seconds = std::chrono::duration<double>(Clock::now() - rate_from_).count();
         return seconds > 0 ? static_cast<double>(points_ - points_before_) / seconds : 0;

@@ -45,6 +45,9 @@ ArchiveWriter::ArchiveWriter(Manifest manifest, ArchiveOutput output)
       output_(std::move(output)),
       folder_(output_.folder, output_.tiles.on_tile ? OutputFolder::Unfinished::kStays
                                                     : OutputFolder::Unfinished::kGoes) {
+    if (output_.tiles.done.empty()) {
+        folder_.clear();
+    }
     std::error_code error;
     std::filesystem::create_directory(folder_.path() / "tiles", error);
     if (error) {

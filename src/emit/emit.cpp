@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <mutex>
 #include <span>
+#include <string>
+#include <system_error>
 #include <utility>
 
 #include "base/file.hpp"
@@ -23,6 +25,8 @@
 namespace knap {
 
 namespace {
+
+constexpr const char* kKeptFile = "kept-";
 
 void check_memory(std::uint64_t kept, const EmitRequest& request) {
     const std::uint64_t needed = emit_memory_bytes(kept, request.output);
@@ -84,6 +88,16 @@ std::uint64_t points_in_memory(std::uint64_t kept, const EmitRequest& request) {
     return 2 * tile + (room - std::min(room, more)) / sizeof(LatticeIndex);
 }
 
+/// Removes what an earlier run, or this one, has left of kept points on disk.
+void remove_kept_files(const std::filesystem::path& scratch) {
+    std::error_code ignored;
+    for (const auto& entry : std::filesystem::directory_iterator(scratch, ignored)) {
+        if (entry.path().filename().string().starts_with(kKeptFile)) {
+            std::filesystem::remove(entry.path(), ignored);
+        }
+    }
+}
+
 /// Cuts kept points that the memory does not hold into tiles: halved on disk until a part fits.
 class TilesThroughScratch {
   public:
@@ -95,6 +109,9 @@ class TilesThroughScratch {
           request_(request),
           writer_(writer),
           splitter_(sources, lattice, capacity, [&request] { request.advance(0); }) {}
+    ~TilesThroughScratch() { remove_kept_files(request_.scratch); }
+    TilesThroughScratch(const TilesThroughScratch&) = delete;
+    TilesThroughScratch& operator=(const TilesThroughScratch&) = delete;
 
     void write(const Selection& selection) {
         KeptFileWriter all(next_path(), sources_, lattice_);
@@ -132,7 +149,7 @@ class TilesThroughScratch {
     }
 
     std::filesystem::path next_path() {
-        return request_.scratch / fmt::format("kept-{}.run", files_++);
+        return request_.scratch / fmt::format("{}{}.run", kKeptFile, files_++);
     }
 
     KeptFile told(KeptFile file) const {
@@ -179,6 +196,7 @@ EmitResult emit_archive(const SourceTable& sources, const Selection& selection,
                                                .threads = request.threads,
                                                .tiles = request.tiles,
                                                .poll = poll});
+    remove_kept_files(request.scratch);
     const std::uint64_t capacity = points_in_memory(selection.count(), request);
     if (selection.count() <= capacity) {
         std::vector<LatticeIndex> points = read_indices(sources, selection, lattice, request);

@@ -72,15 +72,16 @@ void KeptSplitter::read(
     }
 }
 
-LatticeIndex KeptSplitter::point_of_rank(const KeptFile& file, AlongAxis order,
-                                         std::uint64_t rank) const {
+KeptSplitter::Ranked KeptSplitter::point_of_rank(const KeptFile& file, AlongAxis order,
+                                                 std::uint64_t rank) const {
+    std::uint64_t before = 0;
     Slab slab{order.axes(), 0, file.bounds.min, file.bounds.max};
     std::uint64_t inside = file.points;
     while (inside > capacity_) {
         const std::size_t axis = slab.axes[slab.depth];
         if (slab.low[axis] == slab.high[axis]) {
             if (++slab.depth == slab.axes.size()) {
-                return slab.low;  // all of them are in one place
+                return {slab.low, before};  // all that are left are in one place
             }
             continue;
         }
@@ -94,6 +95,7 @@ LatticeIndex KeptSplitter::point_of_rank(const KeptFile& file, AlongAxis order,
         std::size_t bin = 0;
         for (; rank >= counts[bin]; ++bin) {
             rank -= counts[bin];
+            before += counts[bin];
         }
         inside = counts[bin];
         slab.low[axis] += static_cast<std::int64_t>(bin * width);
@@ -109,7 +111,9 @@ LatticeIndex KeptSplitter::point_of_rank(const KeptFile& file, AlongAxis order,
     });
     const auto wanted = points.begin() + static_cast<std::ptrdiff_t>(rank);
     std::nth_element(points.begin(), wanted, points.end(), order);
-    return *wanted;
+    before += static_cast<std::uint64_t>(std::count_if(
+        points.begin(), wanted, [&](const LatticeIndex& p) { return order(p, *wanted); }));
+    return {*wanted, before};
 }
 
 std::pair<KeptFile, KeptFile> KeptSplitter::split(const KeptFile& file,
@@ -117,12 +121,10 @@ std::pair<KeptFile, KeptFile> KeptSplitter::split(const KeptFile& file,
                                                   const std::filesystem::path& upper) const {
     const AlongAxis order{longest_axis(file.bounds)};
     const std::uint64_t half = file.points / 2;
-    const LatticeIndex middle = point_of_rank(file, order, half);
-    std::uint64_t below = 0;
-    read(file,
-         [&](PointId, const Vec3&, const LatticeIndex& p) { below += order(p, middle) ? 1 : 0; });
+    const Ranked found = point_of_rank(file, order, half);
+    const LatticeIndex middle = found.point;
     // Points in the place of the middle one go to either half: they are all alike.
-    std::uint64_t alike_below = half - below;
+    std::uint64_t alike_below = half - found.before;
     KeptFileWriter low(lower, table_, lattice_);
     KeptFileWriter high(upper, table_, lattice_);
     read(file, [&](PointId id, const Vec3& position, const LatticeIndex& p) {

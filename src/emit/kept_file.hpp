@@ -61,9 +61,15 @@ class KeptSplitter {
     std::pair<KeptFile, KeptFile> split(const KeptFile& file, const std::filesystem::path& lower,
                                         const std::filesystem::path& upper) const;
 
-    /// The point that `rank` others precede. By counting in ever narrower intervals.
+    /// A point, and how many others are before its place.
+    struct Ranked {
+        LatticeIndex point{};
+        std::uint64_t before = 0;
+    };
+
+    /// The point that has a rank in an order. By counting in ever narrower intervals.
     /// @param rank  < file.points
-    LatticeIndex point_of_rank(const KeptFile& file, AlongAxis order, std::uint64_t rank) const;
+    Ranked point_of_rank(const KeptFile& file, AlongAxis order, std::uint64_t rank) const;
 
   private:
     const SourceTable& table_;

@@ -50,13 +50,8 @@ void remove_if_archive(const fs::path& folder) {
 
 OutputFolder::OutputFolder(fs::path target, Unfinished unfinished)
     : target_(std::move(target)), partial_(partial_name(target_)), unfinished_(unfinished) {
-    std::error_code error;
     if (unfinished_ == Unfinished::kGoes || !holds_only_archive(partial_)) {
-        remove_if_archive(partial_);
-        fs::create_directory(partial_, error);
-    }
-    if (error) {
-        throw_storage("create", partial_, error.message());
+        clear();
     }
 }
 
@@ -64,6 +59,15 @@ OutputFolder::~OutputFolder() {
     if (!committed_ && unfinished_ == Unfinished::kGoes) {
         std::error_code ignored;
         fs::remove_all(partial_, ignored);
+    }
+}
+
+void OutputFolder::clear() {
+    remove_if_archive(partial_);
+    std::error_code error;
+    fs::create_directory(partial_, error);
+    if (error) {
+        throw_storage("create", partial_, error.message());
     }
 }
 

@@ -24,6 +24,10 @@ class OutputFolder {
     /// The folder to fill.
     const std::filesystem::path& path() const { return partial_; }
 
+    /// Removes what an earlier job left in it.
+    /// @throws StorageError
+    void clear();
+
     /// Renames the folder to its name.
     /// @param overwrite  replace an archive that is there; it is gone only after the new one is in
     ///                   its place. A folder that is no archive is never replaced.

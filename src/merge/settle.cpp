@@ -69,8 +69,16 @@ void walk_piece(const Pieces& pieces, std::size_t piece, std::span<const Box> ou
 
 void walk_open(std::span<const RankedPoint> points, const RangeLaw& range,
                std::span<const Box> outside, std::span<Fate> fates) {
+    const auto count =
+        static_cast<std::size_t>(std::count(fates.begin(), fates.end(), Fate::kOpen));
+    const double share = static_cast<double>(count) / static_cast<double>(points.size());
+    if (!outside.empty() && share >= kWorthAnotherWalk) {
+        return;
+    }
     std::vector<RangedPoint> open;
     std::vector<std::uint32_t> places;
+    open.reserve(count);
+    places.reserve(count);
     Box box;
     for (std::size_t i = 0; i < points.size(); ++i) {
         if (fates[i] == Fate::kOpen) {
@@ -79,10 +87,7 @@ void walk_open(std::span<const RankedPoint> points, const RangeLaw& range,
             box.extend(points[i].position);
         }
     }
-    const double share = static_cast<double>(open.size()) / static_cast<double>(points.size());
-    if (outside.empty() || share < kWorthAnotherWalk) {
-        walk(open, places, box, outside, fates);
-    }
+    walk(open, places, box, outside, fates);
 }
 
 }  // namespace

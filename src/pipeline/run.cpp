@@ -130,9 +130,14 @@ class Pipeline {
                survey->at("xxh3").at(source) == xxh3_128_of_file(files_[source]);
     }
 
+    // The error that is on its way is the one to be told.
     void throw_away() {
         scratch_.keep(false);
-        remove_unfinished_output();
+        try {
+            remove_unfinished_output();
+        } catch (const StorageError& error) {
+            clock_.note(error.what());
+        }
     }
 
     // Only a folder is filled under a name of its own for longer than a moment.

@@ -127,9 +127,9 @@ class Ranking::Passes {
     BrickSpacing spacing_of(std::size_t i, const SpacingSample& sample) {
         const Box& halo = bricks_[i].brick.halo;
         if (i >= held_.size() && sample.share() < kSparse) {
-            const std::vector<TaggedPoint> points =
-                again_if_damaged(i, [&] { return load_points(bricks_[i], table_); });
-            return sparse_spacing(points, sample, halo, table_.box());
+            return sparse_spacing(
+                again_if_damaged(i, [&] { return load_points(bricks_[i], table_); }), sample, halo,
+                table_.box());
         }
         PointBlocks brick = load(i);
         BrickSpacing spacing = brick_spacing(brick, sample, halo, table_.box());

@@ -50,7 +50,7 @@ std::vector<Straggler> measure(const PointBlocks& points, std::span<const std::u
                 if (squared < std::min(certain, limits.within_squared)) {
                     part.sum.add(std::sqrt(squared));
                     ++part.count;
-                } else if (squared >= certain || limits.within_squared == kInfinity) {
+                } else if (squared < limits.within_squared || limits.within_squared == kInfinity) {
                     part.stragglers.push_back({p, points.ids[place], squared});
                 } else {
                     part_open.push_back({p, points.ids[place], squared});
@@ -180,7 +180,7 @@ BrickSpacing brick_spacing(const PointBlocks& brick, const SpacingSample& sample
     return result;
 }
 
-BrickSpacing sparse_spacing(const std::vector<TaggedPoint>& points, const SpacingSample& sample,
+BrickSpacing sparse_spacing(std::vector<TaggedPoint> points, const SpacingSample& sample,
                             const Box& halo, const Box& archive) {
     Box box;
     std::vector<TaggedPoint> open;
@@ -196,8 +196,8 @@ BrickSpacing sparse_spacing(const std::vector<TaggedPoint>& points, const Spacin
     for (double cell = cell_size_for(open, points); !open.empty(); cell *= 8) {
         // Nothing lies outside the cells where they are as large as the brick.
         const bool is_all = !(cell < longest);
-        std::vector<TaggedPoint> near = is_all ? points : points_near(open, points, cell);
-        const PointBlocks blocks = make_blocks(std::move(near));
+        const PointBlocks blocks =
+            make_blocks(is_all ? std::move(points) : points_near(open, points, cell));
         std::unordered_set<PointId> ids;
         for (const TaggedPoint& point : open) {
             ids.insert(point.id());

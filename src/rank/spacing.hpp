@@ -41,7 +41,7 @@ BrickSpacing brick_spacing(const PointBlocks& brick, const SpacingSample& sample
 /// The same where the sample is a small share of the points: only those near sampled ones are put
 /// into blocks, in ever wider cells around the samples whose neighbour is not found yet.
 /// @param points  of the brick, core and halo
-BrickSpacing sparse_spacing(const std::vector<TaggedPoint>& points, const SpacingSample& sample,
+BrickSpacing sparse_spacing(std::vector<TaggedPoint> points, const SpacingSample& sample,
                             const Box& halo, const Box& archive);
 
 }  // namespace knap
