@@ -53,7 +53,7 @@ double random_spacing(std::mt19937_64& random, const Box& box) {
     return diagonal * std::pow(10, std::uniform_real_distribution<double>(-3, -1)(random));
 }
 
-void nobody(const RankedPoint& /*point*/) {}
+void nobody(std::span<const RankedPoint> /*points*/) {}
 
 TEST(CurvaturePass, ABrickWithItsHaloEqualsTheWholeCloudBitForBit) {
     std::mt19937_64 random(1);
@@ -74,7 +74,9 @@ TEST(CurvaturePass, ABrickWithItsHaloEqualsTheWholeCloudBitForBit) {
             std::uint64_t handled = 0;
             const RankedBrick ranked = rank_brick(
                 block_brick(brick.points), neighbours, estimator, brick.brick.halo, cut.box,
-                [&](const RankedPoint& point) { points.push_back(point); },
+                [&](std::span<const RankedPoint> some) {
+                    points.insert(points.end(), some.begin(), some.end());
+                },
                 [&](std::uint64_t count) { handled += count; });
             ASSERT_EQ(points.size(), ranked.points);
             ASSERT_EQ(handled, ranked.points + ranked.stragglers.size());

@@ -63,9 +63,10 @@ SimplifyResult simplify(std::span<const Vec3> points, const SimplifyParams& para
     const FourierEstimator estimator(params.curvature, result.spacing);
     std::vector<RankedPoint> order;
     order.reserve(brick.core_count);
-    const RankedBrick ranked =
-        rank_brick(brick, params.curvature.neighbours, estimator, box, box,
-                   [&](const RankedPoint& point) { order.push_back(point); });
+    const RankedBrick ranked = rank_brick(brick, params.curvature.neighbours, estimator, box, box,
+                                          [&](std::span<const RankedPoint> some) {
+                                              order.insert(order.end(), some.begin(), some.end());
+                                          });
     const std::uint64_t counted = ranked.points;
     result.mean_curvature =
         counted == 0 ? 0 : ranked.curvature_sum.value() / static_cast<double>(counted);

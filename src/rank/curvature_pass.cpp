@@ -19,6 +19,7 @@ namespace {
 // Blocks that a thread takes at a time, and stragglers.
 constexpr std::size_t kGrainBlocks = 64;
 constexpr std::size_t kGrainStragglers = 64;
+constexpr std::size_t kFetched = 256;
 
 // A point's rank by curvature alone, lowest first, and where it is; small, because sorting moves it
 // about.
@@ -96,7 +97,7 @@ Pass compute(const PointBlocks& brick, std::size_t k, const FourierEstimator& es
 
 RankedBrick rank_brick(const PointBlocks& brick, int neighbours, const FourierEstimator& estimator,
                        const Box& halo, const Box& archive,
-                       const std::function<void(const RankedPoint&)>& take,
+                       const std::function<void(std::span<const RankedPoint>)>& take,
                        const std::function<void(std::uint64_t)>& advance) {
     Pass pass =
         compute(brick, static_cast<std::size_t>(neighbours), estimator, halo, archive, advance);
@@ -111,8 +112,17 @@ RankedBrick rank_brick(const PointBlocks& brick, int neighbours, const FourierEs
     }
     sort_places(places, brick);
     ranked.points = places.size();
-    for (const Place& place : places) {
-        take({pass.curvature[place.index], brick.ids[place.index], brick.position(place.index)});
+    // Points are fetched many at a time and only then handed on: fetching waits for memory, and
+    // short steps wait together.
+    std::vector<RankedPoint> fetched;
+    for (std::size_t first = 0; first < places.size(); first += kFetched) {
+        fetched.clear();
+        for (const Place& place :
+             std::span(places).subspan(first, std::min(kFetched, places.size() - first))) {
+            fetched.push_back(
+                {pass.curvature[place.index], brick.ids[place.index], brick.position(place.index)});
+        }
+        take(fetched);
     }
     ranked.stragglers = std::move(pass.stragglers);
     std::sort(ranked.stragglers.begin(), ranked.stragglers.end(),

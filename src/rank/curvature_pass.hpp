@@ -24,11 +24,11 @@ struct RankedBrick {
 /// in the method's order.
 /// @param halo     the brick holds every point of the archive in this box
 /// @param archive  box of all points
-/// @param take     told each of them, in that order, once all are known
+/// @param take     told all of them, some at a time, in that order, once all are known
 /// @param advance  told how many points were handled; from any thread; may throw to stop the work
 RankedBrick rank_brick(
     const PointBlocks& brick, int neighbours, const FourierEstimator& estimator, const Box& halo,
-    const Box& archive, const std::function<void(const RankedPoint&)>& take,
+    const Box& archive, const std::function<void(std::span<const RankedPoint>)>& take,
     const std::function<void(std::uint64_t)>& advance = [](std::uint64_t) {});
 
 /// Mean curvature at stragglers, whose neighbours were gathered; in the method's order.

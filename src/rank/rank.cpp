@@ -165,7 +165,12 @@ class Ranking::Passes {
         RunWriter run(result.run, table_, kMostBlockPoints);
         const RankedBrick ranked = rank_brick(
             brick, request_.curvature.neighbours, estimator, file.brick.halo, table_.box(),
-            [&](const RankedPoint& point) { run.add(point); }, advance);
+            [&](std::span<const RankedPoint> points) {
+                for (const RankedPoint& point : points) {
+                    run.add(point);
+                }
+            },
+            advance);
         request_.on_scratch(static_cast<std::int64_t>(run.finish()));
         if (!ranked.stragglers.empty()) {
             result.straggler_run = write_stragglers(i, ranked.stragglers);

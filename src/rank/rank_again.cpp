@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <iterator>
+#include <span>
 
 #include "curvature/fourier.hpp"
 #include "rank/brick_blocks.hpp"
@@ -18,7 +19,9 @@ std::vector<RankedPoint> rank_again(const SourceTable& table, const BrickFile& f
     certain.reserve(file.core_points);
     const RankedBrick brick =
         rank_brick(load_brick(file, table), params.neighbours, estimator, file.brick.halo,
-                   table.box(), [&](const RankedPoint& point) { certain.push_back(point); });
+                   table.box(), [&](std::span<const RankedPoint> points) {
+                       certain.insert(certain.end(), points.begin(), points.end());
+                   });
     const auto k = static_cast<std::size_t>(params.neighbours);
     const std::vector<RankedPoint> others =
         rank_stragglers(brick.stragglers, gather(brick.stragglers, k, archive), estimator);
