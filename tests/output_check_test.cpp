@@ -140,9 +140,9 @@ TEST_F(Output, IdsAreWrittenOneALineAscending) {
         selection.set(id);
     }
     selection.finish();
-    write_ids(folder_ / "ids.txt", selection);
+    write_ids(folder_ / "ids.txt", selection)->commit();
     EXPECT_EQ(read_text_file(folder_ / "ids.txt"), "0\n7\n64\n199\n");
-    write_ids(folder_ / "none.txt", Selection(100));
+    write_ids(folder_ / "none.txt", Selection(100))->commit();
     EXPECT_EQ(read_text_file(folder_ / "none.txt"), "");
 }
 

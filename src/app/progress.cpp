@@ -55,10 +55,8 @@ class Follower : public Progress {
         }
     }
 
-    void end(const StageReport& report) final {
-        throw_if_interrupted();
-        show_end(report);
-    }
+    // Throws nothing: after the last stage the output is there.
+    void end(const StageReport& report) final { show_end(report); }
 
   protected:
     virtual void show() {}

@@ -173,19 +173,19 @@ bool holds_only_archive(const fs::path& folder) {
     return !error;
 }
 
-void write_ids(const fs::path& path, const Selection& selection) {
-    AtomicFile file(path);
+std::unique_ptr<AtomicFile> write_ids(const fs::path& path, const Selection& selection) {
+    auto file = std::make_unique<AtomicFile>(path);
     fmt::memory_buffer text;
     for (PointId id = 0; id < selection.size(); ++id) {
         if (selection.test(id)) {
             fmt::format_to(std::back_inserter(text), "{}\n", id);
         }
         if (text.size() >= (std::size_t{1} << 20) || id + 1 == selection.size()) {
-            file.write(std::string_view(text.data(), text.size()));
+            file->write(std::string_view(text.data(), text.size()));
             text.clear();
         }
     }
-    file.commit();
+    return file;
 }
 
 }  // namespace knap

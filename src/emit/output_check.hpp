@@ -1,9 +1,11 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <span>
 #include <string>
 
+#include "base/file.hpp"
 #include "knap/params.hpp"
 #include "store/selection.hpp"
 
@@ -31,7 +33,9 @@ void check_output(const OutputParams& output, std::span<const std::filesystem::p
 bool holds_only_archive(const std::filesystem::path& folder);
 
 /// Writes the kept ids, one decimal number a line, ascending.
+/// @return  the whole file, still to be committed
 /// @throws StorageError
-void write_ids(const std::filesystem::path& path, const Selection& selection);
+[[nodiscard]] std::unique_ptr<AtomicFile> write_ids(const std::filesystem::path& path,
+                                                    const Selection& selection);
 
 }  // namespace knap

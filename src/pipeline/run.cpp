@@ -335,6 +335,9 @@ class Pipeline {
                          .represented = merged.represented,
                          .merged = ranked.merged,
                          .rejected = table.rejected()};
+        // All that can fail for want of room comes before the output has its name.
+        const std::unique_ptr<AtomicFile> ids =
+            job_.output.ids.empty() ? nullptr : write_ids(job_.output.ids, merged.selection);
         const EmitResult emitted = clock_.time("emit", table.points(), [&](const auto& advance) {
             return emit(table, merged.selection,
                         {.counts = report.counts,
@@ -353,8 +356,8 @@ class Pipeline {
                          .advance = advance,
                          .on_scratch = [&](std::int64_t bytes) { scratch_.grew_by(bytes); }});
         });
-        if (!job_.output.ids.empty()) {
-            write_ids(job_.output.ids, merged.selection);
+        if (ids) {
+            ids->commit();
         }
         report.spacing = ranked.spacing;
         report.mean_curvature = ranked.mean_curvature;
