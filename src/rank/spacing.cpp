@@ -67,6 +67,24 @@ std::vector<Straggler> measure(const PointBlocks& points, std::span<const std::u
     return open;
 }
 
+// The same for some points among those of the blocks.
+std::vector<TaggedPoint> measure_open(const PointBlocks& points, std::span<const TaggedPoint> open,
+                                      const Limits& limits, BrickSpacing& result) {
+    std::unordered_set<PointId> ids;
+    for (const TaggedPoint& point : open) {
+        ids.insert(point.id());
+    }
+    std::vector<std::uint8_t> centres(points.size());
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        centres[i] = points.is_core[i] != 0 && ids.contains(points.ids[i]) ? 1 : 0;
+    }
+    std::vector<TaggedPoint> left;
+    for (const Straggler& straggler : measure(points, centres, limits, result)) {
+        left.emplace_back(straggler.position, straggler.id, true);
+    }
+    return left;
+}
+
 double power_of_two_above(double value) {
     int exponent = 0;
     std::frexp(value, &exponent);
@@ -193,24 +211,14 @@ BrickSpacing sparse_spacing(std::vector<TaggedPoint> points, const SpacingSample
     const Vec3 size = box.size();
     const double longest = std::max({size.x, size.y, size.z});
     BrickSpacing result;
-    for (double cell = cell_size_for(open, points); !open.empty(); cell *= 8) {
-        // Nothing lies outside the cells where they are as large as the brick.
-        const bool is_all = !(cell < longest);
-        const PointBlocks blocks =
-            make_blocks(is_all ? std::move(points) : points_near(open, points, cell));
-        std::unordered_set<PointId> ids;
-        for (const TaggedPoint& point : open) {
-            ids.insert(point.id());
-        }
-        std::vector<std::uint8_t> centres(blocks.size());
-        for (std::size_t i = 0; i < blocks.size(); ++i) {
-            centres[i] = blocks.is_core[i] != 0 && ids.contains(blocks.ids[i]) ? 1 : 0;
-        }
-        const Limits limits{halo, archive, is_all ? kInfinity : cell * cell};
-        open.clear();
-        for (const Straggler& left : measure(blocks, centres, limits, result)) {
-            open.emplace_back(left.position, left.id, true);
-        }
+    double cell = cell_size_for(open, points);
+    for (; !open.empty() && cell < longest; cell *= 8) {
+        const PointBlocks near = make_blocks(points_near(open, points, cell));
+        open = measure_open(near, open, {halo, archive, cell * cell}, result);
+    }
+    // Nothing lies outside cells that are as large as the brick.
+    if (!open.empty()) {
+        measure_open(make_blocks(std::move(points)), open, {halo, archive, kInfinity}, result);
     }
     return result;
 }
