@@ -67,8 +67,8 @@ class CheckFloors(unittest.TestCase):
                           "#include <openvdb/openvdb.h>\n")
 
     def test_an_unknown_library_is_an_error(self):
-        self.assert_error("src/app/main.cpp", 1, "<boost/any.hpp> is of no library",
-                          "#include <boost/any.hpp>\n")
+        self.assert_error("src/app/main.cpp", 1, "<gsl/gsl> is of no library",
+                          "#include <gsl/gsl>\n")
 
     def test_a_third_party_header_in_a_public_header_is_an_error(self):
         self.assert_error("include/knap/job.hpp", 1, "no third-party header",
