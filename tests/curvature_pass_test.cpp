@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <map>
 #include <random>
@@ -71,7 +72,7 @@ TEST(CurvaturePass, ABrickWithItsHaloEqualsTheWholeCloudBitForBit) {
         std::map<PointId, Vec3> owners = by_id(distinct);
         for (const test::CutBrick& brick : cut.bricks) {
             std::vector<RankedPoint> points;
-            std::uint64_t handled = 0;
+            std::atomic<std::uint64_t> handled{0};
             const RankedBrick ranked = rank_brick(
                 block_brick(brick.points), neighbours, estimator, brick.brick.halo, cut.box,
                 [&](std::span<const RankedPoint> some) {
