@@ -5,6 +5,7 @@
 #include <random>
 #include <set>
 
+#include "support/brick_points.hpp"
 #include "support/clouds.hpp"
 #include "support/damage.hpp"
 #include "support/random_table.hpp"
@@ -73,8 +74,8 @@ TEST_F(BrickFileTest, GivesBackWhatWasWrittenForNarrowAndWideTables) {
     for (int round = 0; round < 200; ++round) {
         const SourceTable table = test::random_table(random_, round % 2 == 0);
         const Stored stored = write_random(path_, table, random_, random_() % 8, 40);
-        ASSERT_TRUE(same(read_brick_file(path_, table), stored.all)) << "round " << round;
-        ASSERT_TRUE(same(read_brick_file(path_, table, false), core_of(stored.all)));
+        ASSERT_TRUE(same(test::read_brick_file(path_, table), stored.all)) << "round " << round;
+        ASSERT_TRUE(same(test::read_brick_file(path_, table, false), core_of(stored.all)));
         std::filesystem::remove(path_);
     }
 }
@@ -84,7 +85,7 @@ TEST_F(BrickFileTest, ABitFlippedAnywhereIsAnErrorNamingTheFile) {
         const SourceTable table = test::random_table(random_, wide);
         write_random(path_, table, random_, 5, 3);
         test::with_each_bit_flipped(path_, [&](std::size_t at) {
-            EXPECT_TRUE(test::refuses(path_, [&] { read_brick_file(path_, table); }))
+            EXPECT_TRUE(test::refuses(path_, [&] { test::read_brick_file(path_, table); }))
                 << "byte " << at;
         });
         std::filesystem::remove(path_);
@@ -96,7 +97,7 @@ TEST_F(BrickFileTest, ABitFlippedInTheHaloDoesNotChangeTheCore) {
     const BrickPoints core = core_of(write_random(path_, table, random_, 5, 3).all);
     test::with_each_bit_flipped(path_, [&](std::size_t at) {
         BrickPoints read;
-        if (!test::refuses(path_, [&] { read = read_brick_file(path_, table, false); })) {
+        if (!test::refuses(path_, [&] { read = test::read_brick_file(path_, table, false); })) {
             EXPECT_TRUE(same(read, core)) << "byte " << at;
         }
     });
@@ -107,7 +108,8 @@ TEST_F(BrickFileTest, ACutInsideABlockIsAnErrorAndOneBetweenBlocksShowsInTheCoun
     const Stored stored = write_random(path_, table, random_, 5, 3);
     test::with_each_cut(path_, [&](std::size_t size) {
         BrickPoints read;
-        const bool refused = test::refuses(path_, [&] { read = read_brick_file(path_, table); });
+        const bool refused =
+            test::refuses(path_, [&] { read = test::read_brick_file(path_, table); });
         EXPECT_EQ(refused, !stored.ends.contains(size)) << size << " bytes";
         EXPECT_LT(read.ids.size(), stored.all.ids.size());
     });
@@ -117,12 +119,12 @@ TEST_F(BrickFileTest, OfAnotherTableIsAnError) {
     const SourceTable narrow = test::random_table(random_, false);
     const SourceTable wide = test::random_table(random_, true);
     write_random(path_, narrow, random_, 3, 3);
-    EXPECT_TRUE(test::refuses(path_, [&] { read_brick_file(path_, wide); }));
+    EXPECT_TRUE(test::refuses(path_, [&] { test::read_brick_file(path_, wide); }));
 }
 
 TEST_F(BrickFileTest, MissingIsAnErrorNamingIt) {
     const SourceTable table = test::random_table(random_, false);
-    EXPECT_TRUE(test::refuses(path_, [&] { read_brick_file(path_, table); }));
+    EXPECT_TRUE(test::refuses(path_, [&] { test::read_brick_file(path_, table); }));
 }
 
 TEST_F(BrickFileTest, ThatCannotBeWrittenIsAnErrorNamingIt) {

@@ -10,6 +10,7 @@
 #include "knap/error.hpp"
 #include "plan/plan.hpp"
 #include "store/brick_file.hpp"
+#include "support/brick_points.hpp"
 #include "support/clouds.hpp"
 #include "support/cut_cloud.hpp"
 #include "support/damage.hpp"
@@ -99,7 +100,7 @@ void expect_bricks(const std::vector<Vec3>& cloud, const Archive& archive,
     std::uint64_t cores = 0;
     for (std::size_t i = 0; i < files.size(); ++i) {
         const Expected expected = by_force(cloud, archive.plan.bricks[i], archive.plan.voxel_size);
-        const BrickPoints brick = read_brick_file(files[i].path, archive.survey.table);
+        const BrickPoints brick = test::read_brick_file(files[i].path, archive.survey.table);
         ASSERT_EQ(points_between(brick, 0, brick.core_count), expected.core);
         ASSERT_EQ(points_between(brick, brick.core_count, brick.ids.size()), expected.halo);
         ASSERT_EQ(files[i].core_points, expected.core.size());

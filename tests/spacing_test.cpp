@@ -53,12 +53,7 @@ Spacing spacing_of(const test::CutCloud& cut, const SpacingSample& sample, Way w
         BrickPoints core = cut.bricks[brick].points;
         core.positions.resize(core.core_count);
         core.ids.resize(core.core_count);
-        const PointBlocks merged = block_brick(std::move(core));
-        CorePoints points{{}, merged.ids};
-        for (std::size_t place = 0; place < merged.size(); ++place) {
-            points.positions.push_back(merged.position(place));
-        }
-        return points;
+        return distinct_points(std::move(core));
     };
     for (const auto& nearest : gather(total.stragglers, 1, cores)) {
         if (!nearest.empty()) {

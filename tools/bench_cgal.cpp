@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "knap/source.hpp"
+#include "stopwatch.hpp"
 
 // CGAL's hierarchical simplification, a peer for tools/bench --peers: clusters of at most SIZE
 // points, which decides how many points it keeps; the largest variation is its default. CGAL is
@@ -45,8 +46,8 @@ int main(int argc, char** argv) {
         const auto start = std::chrono::steady_clock::now();
         const auto kept =
             CGAL::hierarchy_simplify_point_set(points, CGAL::parameters::size(std::stoul(argv[2])));
-        const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-        fmt::print("{} {} {:.3f}\n", before, kept - points.begin(), seconds.count());
+        const double seconds = knap::seconds_since(start);
+        fmt::print("{} {} {:.3f}\n", before, kept - points.begin(), seconds);
         return 0;
     } catch (const std::exception& error) {
         fmt::print(stderr, "knap_bench_cgal: error: {}\n", error.what());

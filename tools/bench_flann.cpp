@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdint>
-#include <ctime>
 #include <flann/flann.hpp>
 #include <optional>
 #include <string>
@@ -12,6 +11,7 @@
 #include "base/threads.hpp"
 #include "knap/error.hpp"
 #include "knap/source.hpp"
+#include "stopwatch.hpp"
 
 // FLANN's exact search for the 30 nearest other points of every point, the yardstick of
 // tools/bench.
@@ -93,16 +93,6 @@ double search_block(const Index& index, std::vector<float>& coordinates, std::si
         sum += static_cast<double>(squared[i][kFound - 1]);
     }
     return sum;
-}
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-double cpu_seconds() {
-    timespec now{};
-    ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
 void bench(const std::string& path, int threads, int leaf) {

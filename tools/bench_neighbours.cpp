@@ -2,7 +2,6 @@
 
 #include <chrono>
 #include <cmath>
-#include <ctime>
 #include <mutex>
 #include <string>
 #include <utility>
@@ -12,6 +11,7 @@
 #include "curvature/block_search.hpp"
 #include "curvature/point_blocks.hpp"
 #include "knap/source.hpp"
+#include "stopwatch.hpp"
 
 // knap's own search for the 30 nearest other points of every point, alone, for tools/bench.
 //
@@ -37,16 +37,6 @@ std::vector<TaggedPoint> read_points(const std::string& path) {
         }
     }
     return points;
-}
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-double cpu_seconds() {
-    timespec now{};
-    ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
 void bench(const std::string& path, int threads) {

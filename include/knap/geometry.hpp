@@ -64,6 +64,11 @@ struct Box {
                p.z <= max.z;
     }
     Vec3 size() const { return empty() ? Vec3{} : max - min; }
+    /// The axis along which the box is longest, the first of equally long ones; 0 if empty.
+    int longest_axis() const {
+        const Vec3 s = size();
+        return s.x >= s.y && s.x >= s.z ? 0 : s.y >= s.z ? 1 : 2;
+    }
     double diagonal() const {
         const Vec3 s = size();
         return std::sqrt(s.x * s.x + s.y * s.y + s.z * s.z);

@@ -72,8 +72,7 @@ class Builder {
     // Puts the points before a face across the longest axis in front; returns where the others
     // begin: `begin` if all points coincide. Equal coordinates stay together.
     std::size_t halve(std::size_t begin, std::size_t end, const Box& box) const {
-        const Vec3 size = box.size();
-        const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+        const int axis = box.longest_axis();
         std::array<double, kMostSamples> sample{};
         const std::size_t count = end - begin;
         const std::size_t taken = count > 2048 ? kMostSamples : count > 256 ? 33 : 17;

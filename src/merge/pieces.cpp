@@ -52,8 +52,7 @@ class CutTree {
         for (const Vec3& p : sample) {
             box.extend(p);
         }
-        const Vec3 size = box.size();
-        const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+        const int axis = box.longest_axis();
         const auto half = static_cast<std::ptrdiff_t>(sample.size() / 2);
         std::nth_element(sample.begin(), sample.begin() + half, sample.end(),
                          [axis](const Vec3& a, const Vec3& b) { return a[axis] < b[axis]; });

@@ -9,6 +9,10 @@
 
 namespace knap {
 
+std::string number_name(std::size_t number) {
+    return fmt::format("{:06}", number);
+}
+
 JobLog::JobLog(std::filesystem::path path) : path_(std::move(path)) {
     const Journal journal = read_journal(path_);
     damaged_ = journal.damaged;

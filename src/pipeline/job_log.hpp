@@ -9,6 +9,9 @@
 
 namespace knap {
 
+/// A brick or a tile, as the log and the names of files have it: six digits.
+std::string number_name(std::size_t number);
+
 /// What a job has finished: the journal in its scratch folder, by stage and file. Reading it back
 /// is how a job goes on where an earlier run stopped.
 class JobLog {

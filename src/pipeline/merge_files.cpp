@@ -1,7 +1,5 @@
 #include "pipeline/merge_files.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <system_error>
 #include <utility>
@@ -16,10 +14,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kMerge = "merge";
-
-std::string brick_name(std::size_t brick) {
-    return fmt::format("{:06}", brick);
-}
 
 }  // namespace
 
@@ -41,7 +35,7 @@ std::vector<RankedPart> MergeFiles::parts() {
         part.box = bricks_[i].box;
         part.points = bricks_[i].points;
         part.remake = [this, i](const std::string& why) { return remake_(i, why); };
-        if (const auto* settled = log_.find(kMerge, brick_name(i))) {
+        if (const auto* settled = log_.find(kMerge, number_name(i))) {
             remove_runs(i);
             const std::uint64_t open = settled->at("open");
             part.settled = [this, i, open] { return load(i, open); };
@@ -71,7 +65,7 @@ std::unique_ptr<RankedStream> MergeFiles::keep(std::size_t brick, std::span<cons
     }
     const std::scoped_lock lock(mutex_);
     scratch_.grew_by(static_cast<std::int64_t>(bytes));
-    log_.record(kMerge, brick_name(brick), {{"kept", kept.size()}, {"open", open.size()}});
+    log_.record(kMerge, number_name(brick), {{"kept", kept.size()}, {"open", open.size()}});
     remove_runs(brick);
     return open.empty() ? nullptr : std::make_unique<RunReader>(open_path(brick), table_);
 }
@@ -103,11 +97,11 @@ void MergeFiles::remove_all() {
 }
 
 fs::path MergeFiles::kept_path(std::size_t brick) const {
-    return scratch_.path() / (brick_name(brick) + ".kept");
+    return scratch_.path() / (number_name(brick) + ".kept");
 }
 
 fs::path MergeFiles::open_path(std::size_t brick) const {
-    return scratch_.path() / (brick_name(brick) + ".open");
+    return scratch_.path() / (number_name(brick) + ".open");
 }
 
 void MergeFiles::remove_runs(std::size_t brick) {

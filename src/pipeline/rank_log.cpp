@@ -1,7 +1,5 @@
 #include "pipeline/rank_log.hpp"
 
-#include <fmt/format.h>
-
 #include <string>
 
 namespace knap {
@@ -24,10 +22,6 @@ ExactSum sum_from(const Json& json) {
     return ExactSum::from_limbs(json.get<ExactSum::Limbs>());
 }
 
-std::string brick_name(std::size_t brick) {
-    return fmt::format("{:06}", brick);
-}
-
 // Files are recorded by name: the scratch folder may be moved.
 std::string name_of(const fs::path& path) {
     return path.filename().string();
@@ -47,7 +41,7 @@ RankState read_rank_state(const JobLog& log, const fs::path& folder, std::size_t
     }
     state.bricks.resize(bricks);
     for (std::size_t i = 0; i < bricks; ++i) {
-        if (const Json* json = log.find(kRank, brick_name(i))) {
+        if (const Json* json = log.find(kRank, number_name(i))) {
             BrickRank brick;
             brick.run = path_of(folder, json->at("run"));
             brick.straggler_run = path_of(folder, json->at("straggler_run"));
@@ -75,7 +69,7 @@ void record_spacing(JobLog& log, double spacing) {
 }
 
 void record_brick(JobLog& log, std::size_t brick, const BrickRank& ranked) {
-    log.record(kRank, brick_name(brick),
+    log.record(kRank, number_name(brick),
                {{"run", name_of(ranked.run)},
                 {"straggler_run", name_of(ranked.straggler_run)},
                 {"points", ranked.points},

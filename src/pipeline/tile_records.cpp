@@ -1,7 +1,5 @@
 #include "pipeline/tile_records.hpp"
 
-#include <fmt/format.h>
-
 #include <string>
 
 namespace knap {
@@ -11,10 +9,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kTile = "tile";
-
-std::string tile_name(std::size_t number) {
-    return fmt::format("{:06}", number);
-}
 
 // JSON keeps doubles to the bit.
 Json to_json(const Vec3& p) {
@@ -28,7 +22,7 @@ Vec3 vec_from(const Json& json) {
 }  // namespace
 
 void record_tile(JobLog& log, std::size_t number, const ManifestTile& tile) {
-    log.record(kTile, tile_name(number),
+    log.record(kTile, number_name(number),
                {{"file", tile.file},
                 {"points", tile.points},
                 {"min", to_json(tile.box.min)},

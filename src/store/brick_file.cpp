@@ -191,19 +191,4 @@ void stream_brick_file(const std::filesystem::path& path, const SourceTable& tab
     }
 }
 
-BrickPoints read_brick_file(const std::filesystem::path& path, const SourceTable& table,
-                            bool with_halo) {
-    BrickPoints brick;
-    BrickPoints halo;
-    stream_brick_file(path, table, with_halo, [&](PointId id, const Vec3& p, BrickPart part) {
-        BrickPoints& points = part == BrickPart::kCore ? brick : halo;
-        points.positions.push_back(p);
-        points.ids.push_back(id);
-    });
-    brick.core_count = brick.ids.size();
-    brick.positions.insert(brick.positions.end(), halo.positions.begin(), halo.positions.end());
-    brick.ids.insert(brick.ids.end(), halo.ids.begin(), halo.ids.end());
-    return brick;
-}
-
 }  // namespace knap

@@ -56,13 +56,8 @@ struct BrickPoints {
 
 /// Streams a brick file's points, in the order of the file.
 /// @param with_halo  false: the core only
-/// @throws StorageError as read_brick_file()
+/// @throws StorageError if the file is missing, torn or fails a checksum, naming it and the byte
 void stream_brick_file(const std::filesystem::path& path, const SourceTable& table, bool with_halo,
                        const std::function<void(PointId, const Vec3&, BrickPart)>& take);
-
-/// @param with_halo  false: the core only
-/// @throws StorageError if the file is missing, torn or fails a checksum, naming it and the byte
-BrickPoints read_brick_file(const std::filesystem::path& path, const SourceTable& table,
-                            bool with_halo = true);
 
 }  // namespace knap
