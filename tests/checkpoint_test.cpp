@@ -126,30 +126,20 @@ TEST_F(Checkpoint, GivesBackHowFarTheSourcesWereScattered) {
     }
 }
 
-TEST_F(Checkpoint, GivesBackIds) {
-    for (const std::size_t count : {0U, 1U, 1000U}) {
-        std::vector<PointId> ids;
-        for (std::size_t i = 0; i < count; ++i) {
-            ids.push_back(random_() >> (random_() % 64));
-        }
-        std::sort(ids.begin(), ids.end());
-        save_ids(path_, ids);
-        EXPECT_EQ(load_ids(path_), ids);
-    }
-}
-
 TEST_F(Checkpoint, ABitFlippedOrAByteMissingIsAnErrorNamingTheFile) {
-    const std::vector<PointId> ids{1, 5, 1000, 70000, 1ULL << 40};
-    save_ids(path_, ids);
+    const ScatterState state{7, {{1, 2, 3, random_box(random_)}, {4, 5, 6, random_box(random_)}}};
+    save_scatter_state(path_, state);
     test::with_each_bit_flipped(path_, [&](std::size_t at) {
         // The four reserved bytes say nothing.
         const bool reserved = at >= 12 && at < 16;
-        EXPECT_EQ(test::refuses(path_, [&] { load_ids(path_); }), !reserved) << "byte " << at;
+        EXPECT_EQ(test::refuses(path_, [&] { load_scatter_state(path_); }), !reserved)
+            << "byte " << at;
     });
     test::with_each_cut(path_, [&](std::size_t size) {
-        EXPECT_TRUE(test::refuses(path_, [&] { load_ids(path_); })) << size << " bytes";
+        EXPECT_TRUE(test::refuses(path_, [&] { load_scatter_state(path_); })) << size << " bytes";
     });
-    EXPECT_TRUE(test::refuses(folder_ / "none", [&] { load_ids(folder_ / "none"); }));
+    const std::filesystem::path none = folder_ / "none";
+    EXPECT_TRUE(test::refuses(none, [&] { load_scatter_state(none); }));
     EXPECT_TRUE(test::refuses(path_, [&] { load_plan(path_); })) << "of another kind";
 }
 

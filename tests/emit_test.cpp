@@ -18,6 +18,7 @@
 #include "store/manifest.hpp"
 #include "support/damage.hpp"
 #include "support/emit_fixture.hpp"
+#include "support/kept_runs.hpp"
 
 namespace knap {
 namespace {
@@ -76,6 +77,28 @@ TEST_F(Emit, TheBytesDoNotDependOnThreadsOrMemory) {
         EXPECT_EQ(scratch, 0);
         EXPECT_TRUE(fs::is_empty(working_.path()));
     }
+}
+
+TEST_F(Emit, TheBytesAreTheSameFromWhatMergeLeftWithoutTheSources) {
+    const fs::path one = make_archive();
+    EmitRequest drc = request("one.drc");
+    emit(table_, selection_, drc);
+    const TemporaryFolder runs;
+    EmitRequest other = request("other");
+    other.kept = write_kept_runs(runs.path(), table_, selection_, points_, 5);
+    other.output.overwrite = true;
+    drc.kept = other.kept;
+    drc.output.path = (folder_ / "other.drc").string();
+    for (const SourceEntry& source : table_.sources()) {
+        fs::remove(source.info.path);
+    }
+    for (const std::uint64_t memory : {kMemory, emit_memory_bytes(kept_.size(), other.output)}) {
+        other.memory_bytes = memory;
+        emit(table_, selection_, other);
+        expect_same_files(one, folder_ / "other");
+    }
+    emit(table_, selection_, drc);
+    EXPECT_EQ(read_bytes(folder_ / "other.drc"), read_bytes(folder_ / "one.drc"));
 }
 
 TEST_F(Emit, GoesOnWithTheTilesOfAnEarlierRun) {

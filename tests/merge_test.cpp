@@ -4,9 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <limits>
+#include <mutex>
 #include <random>
 #include <utility>
 
@@ -226,19 +226,33 @@ TEST(Merge, SettlesMostOfABrickWithoutTheOthers) {
     const std::vector<PointId> expected = walk(ranked, range);
     for (const std::size_t slabs : {1, 2, 5}) {
         MergeRequest request = request_for(ranked, range);
-        std::atomic<std::size_t> open = 0;
+        std::mutex mutex;
+        std::size_t open = 0;
         std::vector<int> settled(slabs);
-        request.on_settled = [&](std::size_t part, std::span<const PointId> kept,
+        std::vector<PointId> told;
+        const auto take = [&](std::span<const RankedPoint> kept) {
+            EXPECT_TRUE(std::is_sorted(
+                kept.begin(), kept.end(),
+                [](const RankedPoint& a, const RankedPoint& b) { return ranks_before(a, b); }));
+            for (const RankedPoint& point : kept) {
+                told.push_back(point.id);
+            }
+        };
+        request.on_settled = [&](std::size_t part, std::span<const RankedPoint> kept,
                                  std::vector<RankedPoint> points) {
+            const std::scoped_lock lock(mutex);
             open += points.size();
             ++settled[part];
-            EXPECT_TRUE(std::is_sorted(kept.begin(), kept.end()));
+            take(kept);
             return hold_in_memory(part, kept, std::move(points));
         };
+        request.on_walked = take;
         const MergeResult merged =
             merge(split_into_slabs(random, ranked.ordered, ranked.box, slabs), request,
                   [](std::uint64_t) {});
         EXPECT_EQ(ids_of(merged.selection), expected) << slabs << " slabs";
+        std::sort(told.begin(), told.end());
+        EXPECT_EQ(told, expected) << "each is told once";
         EXPECT_EQ(settled, std::vector<int>(slabs, 1));
         if (slabs == 1) {
             EXPECT_EQ(open, 0U) << "nothing is outside";

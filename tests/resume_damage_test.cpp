@@ -63,9 +63,12 @@ TEST_F(ResumeDamage, ABrickWhoseRunsAreDamagedIsRankedAgainFromTheSources) {
     std::mt19937_64 random(6);
     std::set<std::string> kinds;
     for (const int calls : {0, 20, 60, 100}) {
-        for (const char* stage : {"rank", "merge"}) {
+        for (const char* stage : {"rank", "merge", "emit"}) {
             job_.restart = true;
-            stop_in(job_, stage, stage == std::string("rank") ? 2 * calls + 20 : calls);
+            stop_in(job_, stage,
+                    stage == std::string("rank")   ? 2 * calls + 20
+                    : stage == std::string("emit") ? 0
+                                                   : calls);
             job_.restart = false;
             std::set<std::string> damaged;
             for (const char* kind : {".run", ".stragglers", ".kept", ".open"}) {

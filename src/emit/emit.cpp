@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <string>
 #include <system_error>
@@ -38,17 +39,18 @@ void check_memory(std::uint64_t kept, const EmitRequest& request) {
     }
 }
 
-/// The kept points on the lattice, in order of their ids.
-std::vector<LatticeIndex> read_indices(const SourceTable& sources, const Selection& selection,
-                                       const Lattice& lattice, const EmitRequest& request) {
-    std::vector<LatticeIndex> indices(selection.count());
-    const auto put = [&](std::uint64_t rank, std::span<const PointId>,
-                         std::span<const Vec3> positions) {
+/// The kept points on the lattice, in any order.
+std::vector<LatticeIndex> read_indices(const KeptPoints& kept, const Lattice& lattice,
+                                       const EmitRequest& request) {
+    std::vector<LatticeIndex> indices(kept.selection.count());
+    const TakeKept put = [&](std::uint64_t place, std::span<const PointId>,
+                             std::span<const Vec3> positions) {
         for (std::size_t i = 0; i < positions.size(); ++i) {
-            indices[rank + i] = index_of(lattice, positions[i]);
+            indices[place + i] = index_of(lattice, positions[i]);
         }
     };
-    read_kept(sources, selection, request.threads, put, request.advance);
+    read_kept(
+        kept, request.threads, [&] { return put; }, request.advance);
     return indices;
 }
 
@@ -113,18 +115,24 @@ class TilesThroughScratch {
     TilesThroughScratch(const TilesThroughScratch&) = delete;
     TilesThroughScratch& operator=(const TilesThroughScratch&) = delete;
 
-    void write(const Selection& selection) {
-        KeptFileWriter all(next_path(), sources_, lattice_);
+    void write(const KeptPoints& kept) {
+        std::optional<KeptFileWriter> all;
         std::mutex mutex;
-        const auto put = [&](std::uint64_t, std::span<const PointId> ids,
-                             std::span<const Vec3> positions) {
+        const TakeKept put = [&](std::uint64_t, std::span<const PointId> ids,
+                                 std::span<const Vec3> positions) {
             const std::scoped_lock lock(mutex);
             for (std::size_t i = 0; i < ids.size(); ++i) {
-                all.add(ids[i], positions[i]);
+                all->add(ids[i], positions[i]);
             }
         };
-        read_kept(sources_, selection, request_.threads, put, request_.advance);
-        write(told(all.finish()));
+        const std::filesystem::path path = next_path();
+        const auto begin = [&] {
+            all.reset();
+            all.emplace(path, sources_, lattice_);
+            return put;
+        };
+        read_kept(kept, request_.threads, begin, request_.advance);
+        write(told(all->finish()));
     }
 
   private:
@@ -171,9 +179,10 @@ class TilesThroughScratch {
     int files_ = 0;
 };
 
-EmitResult emit_archive(const SourceTable& sources, const Selection& selection,
-                        const EmitRequest& request) {
-    check_memory(selection.count(), request);
+EmitResult emit_archive(const KeptPoints& kept, const EmitRequest& request) {
+    const SourceTable& sources = kept.sources;
+    const std::uint64_t count = kept.selection.count();
+    check_memory(count, request);
     Manifest manifest;
     manifest.format_version = kArchiveFormatVersion;
     manifest.knap_version = KNAP_VERSION;
@@ -197,22 +206,21 @@ EmitResult emit_archive(const SourceTable& sources, const Selection& selection,
                                                .tiles = request.tiles,
                                                .poll = poll});
     remove_kept_files(request.scratch);
-    const std::uint64_t capacity = points_in_memory(selection.count(), request);
-    if (selection.count() <= capacity) {
-        std::vector<LatticeIndex> points = read_indices(sources, selection, lattice, request);
+    const std::uint64_t capacity = points_in_memory(count, request);
+    if (count <= capacity) {
+        std::vector<LatticeIndex> points = read_indices(kept, lattice, request);
         writer.add(points, request.memory_bytes - points.size() * sizeof(LatticeIndex));
     } else {
-        TilesThroughScratch(sources, lattice, capacity, request, writer).write(selection);
+        TilesThroughScratch(sources, lattice, capacity, request, writer).write(kept);
     }
     const std::uint64_t bytes = writer.finish();
     return {output_path(request.output.path), writer.tiles(), bytes};
 }
 
-EmitResult emit_draco(const SourceTable& sources, const Selection& selection,
-                      const EmitRequest& request) {
-    check_memory(selection.count(), request);
-    const Lattice lattice = choose_lattice(request.output.step, sources, request.spacing);
-    std::vector<LatticeIndex> points = read_indices(sources, selection, lattice, request);
+EmitResult emit_draco(const KeptPoints& kept, const EmitRequest& request) {
+    check_memory(kept.selection.count(), request);
+    const Lattice lattice = choose_lattice(request.output.step, kept.sources, request.spacing);
+    std::vector<LatticeIndex> points = read_indices(kept, lattice, request);
     std::sort(points.begin(), points.end());
     const LatticeBounds bounds = bounds_of(points);
     if (!fits_tile(bounds)) {
@@ -224,24 +232,23 @@ EmitResult emit_draco(const SourceTable& sources, const Selection& selection,
     }
     const std::filesystem::path path = output_path(request.output.path);
     AtomicFile file(path);
-    file.write(encode_tile(points, bounds.min, lattice, common_crs(sources)));
+    file.write(encode_tile(points, bounds.min, lattice, common_crs(kept.sources)));
     file.commit();
     return {path, 1, file.size()};
 }
 
-EmitResult emit_ply(const SourceTable& sources, const Selection& selection,
-                    const EmitRequest& request) {
-    const bool floats = std::all_of(
-        sources.sources().begin(), sources.sources().end(), [](const SourceEntry& source) {
-            return source.info.coordinates.kind == CoordinateKind::kFloat32;
-        });
+EmitResult emit_ply(const KeptPoints& kept, const EmitRequest& request) {
+    const std::vector<SourceEntry>& sources = kept.sources.sources();
+    const bool floats = std::all_of(sources.begin(), sources.end(), [](const SourceEntry& source) {
+        return source.info.coordinates.kind == CoordinateKind::kFloat32;
+    });
     const std::filesystem::path path = output_path(request.output.path);
-    PlyWriter writer(path, selection.count(),
+    PlyWriter writer(path, kept.selection.count(),
                      floats ? PlyWriter::Precision::kFloat : PlyWriter::Precision::kDouble,
                      {fmt::format("knap {}", KNAP_VERSION)});
     const auto append = [&](std::uint64_t, std::span<const PointId>,
                             std::span<const Vec3> positions) { writer.append(positions); };
-    read_kept(sources, selection, 1, append, request.advance);
+    read_kept_in_order(kept, append, request.advance);
     return {path, 0, writer.finish()};
 }
 
@@ -272,15 +279,16 @@ std::uint64_t emit_memory_bytes(std::uint64_t kept, const OutputParams& output) 
 
 EmitResult emit(const SourceTable& sources, const Selection& selection,
                 const EmitRequest& request) {
+    const KeptPoints kept{sources, selection, request.kept, request.note};
     switch (output_kind(request.output.path)) {
         case OutputKind::kArchive:
-            return emit_archive(sources, selection, request);
+            return emit_archive(kept, request);
         case OutputKind::kDraco:
-            return emit_draco(sources, selection, request);
+            return emit_draco(kept, request);
         case OutputKind::kPly:
             break;
     }
-    return emit_ply(sources, selection, request);
+    return emit_ply(kept, request);
 }
 
 }  // namespace knap

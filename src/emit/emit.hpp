@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "emit/kept_points.hpp"
 #include "emit/tile_log.hpp"
 #include "knap/job.hpp"
 #include "knap/params.hpp"
@@ -25,11 +26,14 @@ struct EmitRequest {
     std::uint64_t memory_bytes = 0;  ///< that emit may use; does not change the result
     int threads = 1;                 ///< >= 1; does not change the result
     std::filesystem::path scratch;   ///< exists; for kept points that the memory does not hold
+    std::vector<KeptRun> kept = {};  ///< together every kept point once; none: only the sources
     TileLog tiles = {};              ///< of an archive that an earlier run began
     /// Told input points done with, one call at a time.
     std::function<void(std::uint64_t)> advance = [](std::uint64_t) {};
     /// Told how many bytes of scratch a new file takes, or one that is gone gave back.
     std::function<void(std::int64_t)> on_scratch = [](std::int64_t) {};
+    /// Told of a damaged run that the sources stand in for.
+    std::function<void(const std::string&)> note = [](const std::string&) {};
 };
 
 struct EmitResult {
@@ -46,9 +50,9 @@ std::vector<std::pair<std::string, std::string>> result_parameters(const Job& jo
 /// beyond what two tiles take: more kept points go through scratch.
 std::uint64_t emit_memory_bytes(std::uint64_t kept, const OutputParams& output);
 
-/// Streams the sources a last time and writes the kept points: an archive folder, a single Draco
-/// file, or a PLY with the exact positions in source order. A cloud without kept points gives an
-/// archive without tiles, or a file without points.
+/// Writes the kept points: an archive folder, a single Draco file, or a PLY with the exact
+/// positions in source order, for which the sources are streamed a last time. A cloud without kept
+/// points gives an archive without tiles, or a file without points.
 ///
 /// @param selection  finished, of sources.points() ids
 /// @throws ConfigError   if the lattice step does not suit the box, or a single Draco file

@@ -2,12 +2,16 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <atomic>
 #include <mutex>
+#include <stdexcept>
 #include <vector>
 
+#include "base/threads.hpp"
 #include "input/stream.hpp"
 #include "knap/error.hpp"
+#include "store/ranked_run.hpp"
 
 namespace knap {
 
@@ -18,6 +22,7 @@ namespace {
 constexpr std::uint64_t kRangePoints = 1 << 20;
 constexpr std::size_t kChunkPoints = 1 << 14;
 
+/// Of the sources.
 class KeptReader {
   public:
     KeptReader(const SourceTable& sources, const Selection& selection, const TakeKept& take,
@@ -94,13 +99,11 @@ class KeptReader {
     std::atomic<std::uint64_t> taken_{0};
 };
 
-}  // namespace
-
-void read_kept(const SourceTable& sources, const Selection& selection, int workers,
-               const TakeKept& take, const std::function<void(std::uint64_t)>& advance) {
-    KeptReader reader(sources, selection, take, advance);
+void read_from_sources(const KeptPoints& kept, int workers, const TakeKept& take,
+                       const std::function<void(std::uint64_t)>& advance) {
+    KeptReader reader(kept.sources, kept.selection, take, advance);
     const std::vector<SourceRange> ranges = reader.ranges_to_read();
-    const std::vector<SourceInfo> infos = sources.infos();
+    const std::vector<SourceInfo> infos = kept.sources.infos();
     if (workers == 1) {
         // One call a range: the order of ranges is then ours and not the scheduler's.
         for (const SourceRange& range : ranges) {
@@ -116,6 +119,109 @@ void read_kept(const SourceTable& sources, const Selection& selection, int worke
                       });
     }
     reader.check_complete();
+}
+
+/// A run does not hold what merge has left there.
+class DamagedRun : public std::runtime_error {
+  public:
+    using std::runtime_error::runtime_error;
+};
+
+/// The next points of a run; false at its end.
+bool next_of(RunReader& reader, std::vector<RankedPoint>& block) {
+    try {
+        return reader.next(block);
+    } catch (const StorageError& error) {
+        throw DamagedRun(error.what());
+    }
+}
+
+/// Hands over one run.
+/// @param place  of its first point
+void read_run(const KeptPoints& kept, const KeptRun& run, std::uint64_t place, const TakeKept& take,
+              const std::function<void(std::uint64_t)>& advance) {
+    const auto check = [&](bool good) {
+        if (!good) {
+            throw DamagedRun(
+                fmt::format("{}: scratch file is damaged: expected {} kept points of the selection",
+                            run.path.string(), run.points));
+        }
+    };
+    RunReader reader(run.path, kept.sources);
+    std::vector<PointId> ids;
+    std::vector<Vec3> positions;
+    std::uint64_t left = run.points;
+    for (std::vector<RankedPoint> block; next_of(reader, block);) {
+        check(block.size() <= left);
+        left -= block.size();
+        ids.clear();
+        positions.clear();
+        for (const RankedPoint& point : block) {
+            check(point.id < kept.selection.size() && kept.selection.test(point.id));
+            ids.push_back(point.id);
+            positions.push_back(point.position);
+        }
+        take(place, ids, positions);
+        place += ids.size();
+        advance(ids.size());
+    }
+    check(left == 0);
+}
+
+void read_from_runs(const KeptPoints& kept, int workers, const TakeKept& take,
+                    const std::function<void(std::uint64_t)>& advance) {
+    std::vector<std::uint64_t> places;
+    std::uint64_t place = 0;
+    for (const KeptRun& run : kept.runs) {
+        places.push_back(place);
+        place += run.points;
+    }
+    std::mutex mutex;
+    std::uint64_t taken = 0;
+    std::uint64_t told = 0;
+    const auto advance_inputs = [&](std::uint64_t points) {
+        const std::scoped_lock lock(mutex);
+        taken += points;
+        const double share = static_cast<double>(taken) / static_cast<double>(place);
+        const auto now =
+            static_cast<std::uint64_t>(share * static_cast<double>(kept.sources.points()));
+        advance(now - told);
+        told = now;
+    };
+    run_tasks(kept.runs.size(), workers, [&](std::size_t i, std::size_t) {
+        if (kept.runs[i].points > 0) {
+            read_run(kept, kept.runs[i], places[i], take, advance_inputs);
+        }
+    });
+}
+
+}  // namespace
+
+void read_kept(const KeptPoints& kept, int workers, const std::function<TakeKept()>& begin,
+               const std::function<void(std::uint64_t)>& advance) {
+    std::uint64_t told = 0;
+    if (!kept.runs.empty()) {
+        try {
+            read_from_runs(kept, workers, begin(), [&](std::uint64_t points) {
+                told += points;
+                advance(points);
+            });
+            return;
+        } catch (const DamagedRun& error) {
+            kept.note(std::string(error.what()) + "; kept points are read from the sources again");
+        }
+    }
+    // What was told does not count again.
+    read_from_sources(kept, workers, begin(), [&](std::uint64_t points) {
+        const std::uint64_t known = std::min(points, told);
+        told -= known;
+        advance(points - known);
+    });
+}
+
+void read_kept_in_order(const KeptPoints& kept, const TakeKept& take,
+                        const std::function<void(std::uint64_t)>& advance) {
+    read_from_sources(kept, 1, take, advance);
 }
 
 }  // namespace knap

@@ -37,8 +37,11 @@ class Merger {
             settle_part(i);
         });
         std::erase(open_, nullptr);
-        walk_streams(
-            std::move(open_), request_, [&](PointId id) { keep(id); }, advance_);
+        const auto walked = [&](std::span<const RankedPoint> kept) {
+            keep(kept);
+            request_.on_walked(kept);
+        };
+        walk_streams(std::move(open_), request_, walked, advance_);
         std::uint64_t counted = 0;
         for (const RankedPart& part : parts_) {
             counted += part.points;
@@ -52,9 +55,7 @@ class Merger {
     void settle_part(std::size_t i) {
         SettledPart settled = part(i);
         const std::scoped_lock lock(mutex_);
-        for (const PointId id : settled.kept) {
-            keep(id);
-        }
+        keep(settled.kept);
         if (settled.open != nullptr) {
             open_.push_back(std::move(settled.open));
         }
@@ -84,12 +85,11 @@ class Merger {
         std::vector<RankedPoint> open;
         for (std::size_t place = 0; place < points.size(); ++place) {
             if (fates[place] == Fate::kKept) {
-                result.kept.push_back(points[place].id);
+                result.kept.push_back(points[place]);
             } else if (fates[place] == Fate::kOpen) {
                 open.push_back(points[place]);
             }
         }
-        std::sort(result.kept.begin(), result.kept.end());
         result.open_points = open.size();
         result.open = request_.on_settled(i, result.kept, std::move(open));
         return result;
@@ -114,9 +114,11 @@ class Merger {
         return near;
     }
 
-    void keep(PointId id) {
-        result_.selection.set(id);
-        ++result_.kept;
+    void keep(std::span<const RankedPoint> points) {
+        for (const RankedPoint& point : points) {
+            result_.selection.set(point.id);
+        }
+        result_.kept += points.size();
     }
 
     std::vector<RankedPart> parts_;
@@ -133,14 +135,14 @@ class Merger {
 }  // namespace
 
 std::unique_ptr<RankedStream> hold_in_memory(std::size_t /*part*/,
-                                             std::span<const PointId> /*kept*/,
+                                             std::span<const RankedPoint> /*kept*/,
                                              std::vector<RankedPoint> open) {
     return open.empty() ? nullptr : std::make_unique<RunInMemory>(std::move(open));
 }
 
 std::uint64_t merge_bytes_per_point() {
-    // The points, and what settling them takes; the open ones once more, with their coverage.
-    return sizeof(RankedPoint) + settle_bytes_per_point() + sizeof(PointId);
+    // The points, and what settling them takes; the kept and the open ones once more.
+    return 2 * sizeof(RankedPoint) + settle_bytes_per_point();
 }
 
 MergeResult merge(std::vector<RankedPart> parts, const MergeRequest& request,

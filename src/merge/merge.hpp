@@ -16,7 +16,7 @@ namespace knap {
 
 /// What a part says of its own points.
 struct SettledPart {
-    std::vector<PointId> kept;           ///< ascending
+    std::vector<RankedPoint> kept;       ///< in the method's order
     std::unique_ptr<RankedStream> open;  ///< in the method's order; null if nothing is open
     std::uint64_t open_points = 0;
 };
@@ -34,7 +34,7 @@ struct RankedPart {
 };
 
 /// Keeps open points as they are: for clouds in memory.
-std::unique_ptr<RankedStream> hold_in_memory(std::size_t part, std::span<const PointId> kept,
+std::unique_ptr<RankedStream> hold_in_memory(std::size_t part, std::span<const RankedPoint> kept,
                                              std::vector<RankedPoint> open);
 
 struct MergeRequest {
@@ -43,12 +43,15 @@ struct MergeRequest {
     std::uint64_t points = 0;        ///< ids are below this
     Box box;                         ///< of all points
     std::uint64_t budget_bytes = 0;  ///< for the parts in work; then for the kept among the open
-    /// Told what a part keeps, ids ascending, and leaves open, in order. Puts the open points away
-    /// until all parts are done; null for none. The runs of the part are not needed after. Called
-    /// from any thread.
-    std::function<std::unique_ptr<RankedStream>(std::size_t part, std::span<const PointId> kept,
+    /// Told what a part keeps and leaves open, each in the method's order. Puts the open points
+    /// away until all parts are done; null for none. The runs of the part are not needed after.
+    /// Called from any thread.
+    std::function<std::unique_ptr<RankedStream>(std::size_t part, std::span<const RankedPoint> kept,
                                                 std::vector<RankedPoint> open)>
         on_settled = hold_in_memory;
+    /// Told what is kept of the open points, in the method's order, some at a time.
+    std::function<void(std::span<const RankedPoint>)> on_walked = [](std::span<const RankedPoint>) {
+    };
 };
 
 struct MergeResult {

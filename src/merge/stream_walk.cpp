@@ -99,7 +99,7 @@ void check_memory(const Coverage& coverage, std::uint64_t budget_bytes) {
 }  // namespace
 
 void walk_streams(std::vector<std::unique_ptr<RankedStream>> streams, const MergeRequest& request,
-                  const std::function<void(PointId)>& keep,
+                  const std::function<void(std::span<const RankedPoint>)>& keep,
                   const std::function<void(std::uint64_t)>& advance) {
     MergedStream merged(std::move(streams));
     const RangeLaw range(request.range, request.mean_curvature);
@@ -115,11 +115,14 @@ void walk_streams(std::vector<std::unique_ptr<RankedStream>> streams, const Merg
             std::clamp(static_cast<std::size_t>(done / 4), kSmallestBatch, kLargestBatch);
         parallel_both([&] { merged.next(next.points, size); },
                       [&] { find_survivors(batch, coverage, request.box); });
-        for (const RankedPoint& kept : keep_of(batch, request.box, range)) {
-            coverage.add(kept.position, range.of(kept.key));
-            keep(kept.id);
+        std::vector<RankedPoint> kept = keep_of(batch, request.box, range);
+        for (const RankedPoint& point : kept) {
+            coverage.add(point.position, range.of(point.key));
         }
         check_memory(coverage, request.budget_bytes);
+        std::sort(kept.begin(), kept.end(),
+                  [](const RankedPoint& a, const RankedPoint& b) { return ranks_before(a, b); });
+        keep(kept);
         advance(batch.points.size());
         std::swap(batch, next);
     }

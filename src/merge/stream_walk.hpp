@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "merge/merge.hpp"
@@ -16,11 +17,11 @@ namespace knap {
 /// Points are taken in batches: a batch is tested in parallel against what was kept before it, and
 /// the few survivors are settled in order.
 /// @param streams  each in the method's order
-/// @param keep     told each kept id
+/// @param keep     told the kept points, in the method's order, some at a time
 /// @param advance  told how many points were walked
 /// @throws StorageError if the kept points need more memory than the budget, with the figures
 void walk_streams(std::vector<std::unique_ptr<RankedStream>> streams, const MergeRequest& request,
-                  const std::function<void(PointId)>& keep,
+                  const std::function<void(std::span<const RankedPoint>)>& keep,
                   const std::function<void(std::uint64_t)>& advance);
 
 }  // namespace knap

@@ -4,7 +4,6 @@
 #include <system_error>
 #include <utility>
 
-#include "store/checkpoint.hpp"
 #include "store/ranked_run.hpp"
 
 namespace knap {
@@ -49,17 +48,16 @@ std::vector<RankedPart> MergeFiles::parts() {
     return parts;
 }
 
-std::function<std::unique_ptr<RankedStream>(std::size_t, std::span<const PointId>,
+std::function<std::unique_ptr<RankedStream>(std::size_t, std::span<const RankedPoint>,
                                             std::vector<RankedPoint>)>
 MergeFiles::keeper() {
-    return [this](std::size_t brick, std::span<const PointId> kept,
+    return [this](std::size_t brick, std::span<const RankedPoint> kept,
                   const std::vector<RankedPoint>& open) { return keep(brick, kept, open); };
 }
 
-std::unique_ptr<RankedStream> MergeFiles::keep(std::size_t brick, std::span<const PointId> kept,
+std::unique_ptr<RankedStream> MergeFiles::keep(std::size_t brick, std::span<const RankedPoint> kept,
                                                const std::vector<RankedPoint>& open) {
-    save_ids(kept_path(brick), kept);
-    std::uint64_t bytes = fs::file_size(kept_path(brick));
+    std::uint64_t bytes = write_run(kept_path(brick), table_, kept);
     if (!open.empty()) {
         bytes += write_run(open_path(brick), table_, open, block_points());
     }
@@ -72,28 +70,55 @@ std::unique_ptr<RankedStream> MergeFiles::keep(std::size_t brick, std::span<cons
 
 SettledPart MergeFiles::load(std::size_t brick, std::uint64_t open_points) const {
     SettledPart part;
-    part.kept = load_ids(kept_path(brick));
+    part.kept = read_run(kept_path(brick));
     part.open_points = open_points;
     if (open_points > 0) {
         // Read once beforehand, while the brick can still be made again: it is short.
-        check_run(open_path(brick));
+        read_run(open_path(brick));
         part.open = std::make_unique<RunReader>(open_path(brick), table_);
     }
     return part;
 }
 
-void MergeFiles::check_run(const fs::path& path) const {
+std::vector<RankedPoint> MergeFiles::read_run(const fs::path& path) const {
+    std::vector<RankedPoint> points;
     RunReader reader(path, table_);
     for (std::vector<RankedPoint> block; reader.next(block);) {
+        points.insert(points.end(), block.begin(), block.end());
+    }
+    return points;
+}
+
+std::function<void(std::span<const RankedPoint>)> MergeFiles::walk_keeper() {
+    walked_.emplace(walked_path(), table_, kMostBlockPoints);
+    return [this](std::span<const RankedPoint> kept) {
+        for (const RankedPoint& point : kept) {
+            walked_->add(point);
+        }
+    };
+}
+
+void MergeFiles::finish_walk() {
+    scratch_.grew_by(static_cast<std::int64_t>(walked_->finish()));
+    walked_.reset();
+}
+
+void MergeFiles::remove_undecided() {
+    for (std::size_t i = 0; i < bricks_.size(); ++i) {
+        remove_runs(i);
+        remove(open_path(i));
     }
 }
 
-void MergeFiles::remove_all() {
+std::vector<KeptRun> MergeFiles::kept_runs(std::uint64_t kept) const {
+    std::vector<KeptRun> runs;
     for (std::size_t i = 0; i < bricks_.size(); ++i) {
-        remove_runs(i);
-        remove(kept_path(i));
-        remove(open_path(i));
+        const std::uint64_t points = log_.find(kMerge, number_name(i))->at("kept");
+        runs.push_back({kept_path(i), points});
+        kept -= points;
     }
+    runs.push_back({walked_path(), kept});
+    return runs;
 }
 
 fs::path MergeFiles::kept_path(std::size_t brick) const {
@@ -102,6 +127,10 @@ fs::path MergeFiles::kept_path(std::size_t brick) const {
 
 fs::path MergeFiles::open_path(std::size_t brick) const {
     return scratch_.path() / (number_name(brick) + ".open");
+}
+
+fs::path MergeFiles::walked_path() const {
+    return scratch_.path() / "walked.kept";
 }
 
 void MergeFiles::remove_runs(std::size_t brick) {

@@ -5,11 +5,13 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "base/scratch.hpp"
+#include "emit/kept_points.hpp"
 #include "merge/merge.hpp"
 #include "pipeline/job_log.hpp"
 #include "rank/rank.hpp"
@@ -18,7 +20,7 @@
 namespace knap {
 
 /// The scratch files that merge reads and leaves: the runs of each brick; once a brick is settled,
-/// what it keeps and what it leaves open instead.
+/// what it keeps and what it leaves open instead; what the walk keeps of the open points.
 class MergeFiles {
   public:
     /// @param budget_bytes  of the merge; blocks of open runs take a part of it
@@ -33,20 +35,31 @@ class MergeFiles {
 
     /// For MergeRequest::on_settled: writes what a brick keeps and leaves open, records it, and
     /// removes the runs of the brick. Thread-safe.
-    std::function<std::unique_ptr<RankedStream>(std::size_t, std::span<const PointId>,
+    std::function<std::unique_ptr<RankedStream>(std::size_t, std::span<const RankedPoint>,
                                                 std::vector<RankedPoint>)>
     keeper();
 
-    /// Once the selection is safe.
-    void remove_all();
+    /// For MergeRequest::on_walked.
+    std::function<void(std::span<const RankedPoint>)> walk_keeper();
+
+    /// Once merge() has returned: the kept points are whole on disk.
+    void finish_walk();
+
+    /// Once the selection is safe: what it was made from, the kept points excepted.
+    void remove_undecided();
+
+    /// The kept points of the whole archive.
+    /// @param kept  how many there are
+    std::vector<KeptRun> kept_runs(std::uint64_t kept) const;
 
   private:
     SettledPart load(std::size_t brick, std::uint64_t open_points) const;
-    std::unique_ptr<RankedStream> keep(std::size_t brick, std::span<const PointId> kept,
+    std::unique_ptr<RankedStream> keep(std::size_t brick, std::span<const RankedPoint> kept,
                                        const std::vector<RankedPoint>& open);
-    void check_run(const std::filesystem::path& path) const;
+    std::vector<RankedPoint> read_run(const std::filesystem::path& path) const;
     std::filesystem::path kept_path(std::size_t brick) const;
     std::filesystem::path open_path(std::size_t brick) const;
+    std::filesystem::path walked_path() const;
     void remove(const std::filesystem::path& path);
     void remove_runs(std::size_t brick);
     std::size_t block_points() const;
@@ -58,6 +71,7 @@ class MergeFiles {
     const std::vector<RankedFiles>& bricks_;
     std::function<std::vector<RankedPoint>(std::size_t, const std::string& why)> remake_;
     std::mutex mutex_;
+    std::optional<RunWriter> walked_;
 };
 
 }  // namespace knap

@@ -68,8 +68,12 @@ class Pipeline {
                              job_.curvature, threads_,
                              [&](const std::string& note) { clock_.note(note); });
             const RankResult ranked = rank_all(bricks.table, bricks.files, maker);
-            const MergeResult merged = merge_all(bricks.table, ranked, maker);
-            Report report = emit_all(bricks.table, bricks.files.size(), ranked, merged);
+            MergeFiles files(scratch_, log_, bricks.table, budgets_.stage, ranked.bricks,
+                             [&](std::size_t brick, const std::string& why) {
+                                 return maker.rank(brick, ranked.spacing, why);
+                             });
+            const MergeResult merged = merge_all(bricks.table, ranked, files);
+            Report report = emit_all(bricks.table, ranked, merged, files);
             scratch_.keep(false);
             return report;
         } catch (const ConfigError&) {
@@ -292,12 +296,8 @@ class Pipeline {
                            [&](const auto& advance) { return ranking.rank(spacing, advance); });
     }
 
-    MergeResult merge_all(const SourceTable& table, const RankResult& ranked, BrickMaker& maker) {
+    MergeResult merge_all(const SourceTable& table, const RankResult& ranked, MergeFiles& files) {
         const fs::path file = scratch_.path() / kSelectionFile;
-        MergeFiles files(scratch_, log_, table, budgets_.stage, ranked.bricks,
-                         [&](std::size_t brick, const std::string& why) {
-                             return maker.rank(brick, ranked.spacing, why);
-                         });
         MergeResult merged = clock_.time("merge", ranked.points, [&](const auto& advance) {
             if (const Json* before = log_.find("merge", kSelectionFile)) {
                 advance(ranked.points);
@@ -310,16 +310,18 @@ class Pipeline {
                           .points = table.points(),
                           .box = table.box(),
                           .budget_bytes = beside_selection(table),
-                          .on_settled = files.keeper()},
+                          .on_settled = files.keeper(),
+                          .on_walked = files.walk_keeper()},
                          advance);
         });
         if (log_.find("merge", kSelectionFile) == nullptr) {
+            files.finish_walk();
             merged.selection.save(file);
             scratch_.grew_by(static_cast<std::int64_t>(fs::file_size(file)));
             log_.record("merge", kSelectionFile,
                         {{"kept", merged.kept}, {"represented", merged.represented}});
         }
-        files.remove_all();
+        files.remove_undecided();
         return merged;
     }
 
@@ -327,8 +329,8 @@ class Pipeline {
         return budgets_.stage - std::min(budgets_.stage, Selection::memory_bytes(table.points()));
     }
 
-    Report emit_all(const SourceTable& table, std::size_t bricks, const RankResult& ranked,
-                    const MergeResult& merged) {
+    Report emit_all(const SourceTable& table, const RankResult& ranked, const MergeResult& merged,
+                    const MergeFiles& files) {
         Report report;
         report.counts = {.in = table.points(),
                          .kept = merged.kept,
@@ -348,13 +350,15 @@ class Pipeline {
                          .memory_bytes = beside_selection(table),
                          .threads = threads_,
                          .scratch = scratch_.path(),
+                         .kept = files.kept_runs(merged.kept),
                          .tiles = {.done = read_tiles(log_),
                                    .on_tile =
                                        [&](std::size_t number, const ManifestTile& tile) {
                                            record_tile(log_, number, tile);
                                        }},
                          .advance = advance,
-                         .on_scratch = [&](std::int64_t bytes) { scratch_.grew_by(bytes); }});
+                         .on_scratch = [&](std::int64_t bytes) { scratch_.grew_by(bytes); },
+                         .note = [&](const std::string& note) { clock_.note(note); }});
         });
         if (ids) {
             ids->commit();
@@ -363,7 +367,7 @@ class Pipeline {
         report.mean_curvature = ranked.mean_curvature;
         report.box = table.box();
         report.sources = table.sources().size();
-        report.bricks = bricks;
+        report.bricks = ranked.bricks.size();
         report.stragglers = ranked.stragglers;
         report.tiles = emitted.tiles;
         report.output_bytes = emitted.bytes;

@@ -23,7 +23,6 @@ constexpr std::size_t kHeaderSize = kMagicSize + 24;
 constexpr std::string_view kSurveyMagic = "KNAPSURV";
 constexpr std::string_view kPlanMagic = "KNAPPLAN";
 constexpr std::string_view kScatterMagic = "KNAPSCAT";
-constexpr std::string_view kIdsMagic = "KNAPIDS1";
 
 using Bytes = std::vector<std::byte>;
 
@@ -260,30 +259,6 @@ ScatterState load_scatter_state(const std::filesystem::path& path) {
     }
     check_read(in, path);
     return state;
-}
-
-void save_ids(const std::filesystem::path& path, std::span<const PointId> ids) {
-    Bytes out;
-    put(out, static_cast<std::uint64_t>(ids.size()));
-    PointId before = 0;
-    for (const PointId id : ids) {
-        put_varint(out, id - before);
-        before = id;
-    }
-    save(path, kIdsMagic, out);
-}
-
-std::vector<PointId> load_ids(const std::filesystem::path& path) {
-    const Bytes payload = load(path, kIdsMagic);
-    ByteReader in(payload);
-    std::vector<PointId> ids(std::min<std::uint64_t>(in.get<std::uint64_t>(), in.left()));
-    PointId id = 0;
-    for (PointId& out : ids) {
-        id += in.get_varint();
-        out = id;
-    }
-    check_read(in, path);
-    return ids;
 }
 
 }  // namespace knap

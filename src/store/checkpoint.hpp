@@ -52,8 +52,4 @@ struct ScatterState {
 void save_scatter_state(const std::filesystem::path& path, const ScatterState& state);
 ScatterState load_scatter_state(const std::filesystem::path& path);
 
-/// Ids, ascending.
-void save_ids(const std::filesystem::path& path, std::span<const PointId> ids);
-std::vector<PointId> load_ids(const std::filesystem::path& path);
-
 }  // namespace knap
