@@ -116,7 +116,7 @@ TEST_F(Checkpoint, GivesBackHowFarTheSourcesWereScattered) {
     }
     save_scatter_state(path_, state);
     const ScatterState read = load_scatter_state(path_);
-    EXPECT_EQ(read.ranges_done, 7U);
+    EXPECT_EQ(read.parts_done, 7U);
     ASSERT_EQ(read.bricks.size(), state.bricks.size());
     for (std::size_t i = 0; i < state.bricks.size(); ++i) {
         EXPECT_EQ(read.bricks[i].bytes, state.bricks[i].bytes);

@@ -86,10 +86,14 @@ TEST(PlanRequest, AimsAtTheBrickSizeTheJobAsksFor) {
 
 // A surveyed and planned archive in one file.
 struct Archive {
-    explicit Archive(std::uint64_t brick_points) {
+    explicit Archive(std::uint64_t brick_points, bool text = false) {
         std::vector<Vec3> cloud = test::sphere_cloud(20000, 1);
         cloud[7].x = std::numeric_limits<double>::quiet_NaN();
-        test::write_ply(folder / "in.ply", cloud, true);
+        if (text) {
+            test::write_ascii_ply(folder / "in.ply", cloud);
+        } else {
+            test::write_ply(folder / "in.ply", cloud, true);
+        }
         job.output.path = (folder / "out").string();
         job.resources.threads = 2;
         job.resources.brick_points = brick_points;
@@ -105,6 +109,18 @@ struct Archive {
     std::optional<Survey> survey;
     BrickPlan plan;
 };
+
+TEST(MakeForecast, CountsThePositionsOfSlowSources) {
+    const Archive records(300);
+    const Archive text(300, true);
+    const Forecast with = make_forecast(text.job, *text.survey, text.plan);
+    const Forecast without = make_forecast(records.job, *records.survey, records.plan);
+    ASSERT_EQ(with.bricks, without.bricks);
+    const std::uint64_t positions = position_bytes(with.sources);
+    EXPECT_EQ(positions, 20000U * 12);
+    EXPECT_EQ(position_bytes(without.sources), 0U);
+    EXPECT_EQ(with.scratch_bytes, without.scratch_bytes + positions / 16);
+}
 
 TEST(MakeForecast, AddsUpTheSurveyAndThePlan) {
     const Archive archive(1000);
@@ -152,7 +168,7 @@ TEST(MakeForecast, NeedsMemoryForTheLargestBrickOfEveryThreadAtATime) {
 
 TEST(MakeForecast, OfNothingNeedsNoScratch) {
     Archive archive(1000);
-    archive.survey.emplace(Survey{SourceTable(), Occupancy(1, kMiB)});
+    archive.survey.emplace(Survey{SourceTable(), Occupancy(1, kMiB), {}});
     archive.plan.bricks.clear();
     const Forecast forecast = make_forecast(archive.job, *archive.survey, archive.plan);
     EXPECT_EQ(forecast.points, 0U);

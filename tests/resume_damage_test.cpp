@@ -57,6 +57,27 @@ TEST_F(ResumeDamage, ADamagedBrickIsMadeAgainFromTheSources) {
     }
 }
 
+TEST_F(ResumeDamage, PositionsAreReadFromTheSourceAgain) {
+    run_whole();
+    const std::string expected = result();
+    std::mt19937_64 random(7);
+    for (const bool missing : {false, true}) {
+        stop_in(job_, "scatter", 0);
+        const std::vector<fs::path> files = scratch_files(".positions");
+        ASSERT_EQ(files.size(), 1U) << "of the text";
+        if (missing) {
+            fs::remove(files[0]);
+        } else {
+            damage(random, files[0]);
+        }
+        Stopper never(kNever);
+        run(job_, never);
+        EXPECT_EQ(result() == expected, true);
+        EXPECT_THAT(never.notes(), testing::Contains(AllOf(HasSubstr(files[0].string()),
+                                                           HasSubstr("source again"))));
+    }
+}
+
 TEST_F(ResumeDamage, ABrickWhoseRunsAreDamagedIsRankedAgainFromTheSources) {
     run_whole();
     const std::string expected = result();

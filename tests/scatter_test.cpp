@@ -1,10 +1,14 @@
 #include "scatter/scatter.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <atomic>
 #include <map>
+#include <mutex>
+#include <optional>
 #include <random>
+#include <span>
 
 #include "base/file.hpp"
 #include "knap/error.hpp"
@@ -37,13 +41,7 @@ Archive make_archive(const std::vector<fs::path>& files, std::uint64_t brick_poi
     BrickPlan plan = plan_bricks(
         found.occupancy, found.table.box(),
         {.neighbours = 30, .target_points = brick_points, .most_points = 20 * brick_points});
-    std::vector<VoxelBox> cores;
-    std::vector<VoxelBox> reaches;
-    for (const Brick& brick : plan.bricks) {
-        cores.push_back(brick.core);
-        reaches.push_back(voxels_touched(brick, plan.voxel_size));
-    }
-    BrickMap map(found.occupancy, cores, reaches);
+    BrickMap map(found.occupancy, plan);
     return {std::move(found), std::move(plan), std::move(map)};
 }
 
@@ -196,6 +194,100 @@ TEST(Scatter, GoesOnWhereItsLastCommitWasWhateverWasAppendedSince) {
     EXPECT_TRUE(test::refuses(brick_path(scratch, 3), [&] {
         scatter(archive.survey.table, archive.plan, archive.map, request, [](std::uint64_t) {});
     })) << "a file shorter than it was";
+}
+
+// A cloud of which the middle file is text, whose positions lie in many small files.
+struct Staged {
+    explicit Staged(const std::vector<Vec3>& cloud) {
+        const std::vector<fs::path> files{folder / "a.ply", folder / "b.ply", folder / "c.ply"};
+        test::write_ply(files[0], {cloud.begin(), cloud.begin() + 1000}, true);
+        test::write_ascii_ply(files[1], {cloud.begin() + 1000, cloud.begin() + 8000});
+        test::write_ply(files[2], {cloud.begin() + 8000, cloud.end()}, true);
+        archive.emplace(make_archive(files, 500));
+        fs::create_directory(folder / "scratch");
+        request = {.folder = folder / "scratch", .threads = 2, .budget_bytes = 1 << 20};
+        const std::vector<Vec3> text = test::read_cloud(files[1]);
+        const PositionCodec codec(archive->survey.table.infos()[1].coordinates);
+        for (std::size_t first = 0; first < text.size(); first += 70) {
+            const fs::path path = folder / (std::to_string(first) + ".positions");
+            PositionWriter writer(path, codec);
+            writer.add(std::span(text).subspan(first, 30));
+            writer.add(std::span(text).subspan(first + 30, 40));
+            const std::uint64_t bytes = writer.finish();
+            request.positions.push_back({path, 1, first, 70, bytes});
+        }
+        request.note = [this](const std::string& note) {
+            const std::scoped_lock lock(mutex);
+            notes.push_back(note);
+        };
+        for (const fs::path& file : files) {
+            const std::vector<Vec3> part = test::read_cloud(file);
+            expected.insert(expected.end(), part.begin(), part.end());
+        }
+    }
+
+    void scatter_and_check() {
+        const auto files = scatter(archive->survey.table, archive->plan, archive->map, request,
+                                   [](std::uint64_t) {});
+        ASSERT_NO_FATAL_FAILURE(expect_bricks(expected, *archive, files));
+        for (const PositionFile& file : request.positions) {
+            EXPECT_FALSE(fs::exists(file.path)) << "no longer needed";
+        }
+    }
+
+    test::TemporaryFolder folder;
+    std::optional<Archive> archive;
+    ScatterRequest request;
+    std::mutex mutex;
+    std::vector<std::string> notes;
+    std::vector<Vec3> expected;
+};
+
+TEST(Scatter, ReadsPositionsInPlaceOfTheirSource) {
+    Staged staged(test::sphere_cloud(9000, 5));
+    fs::remove(staged.folder / "b.ply");
+    staged.scatter_and_check();
+    EXPECT_TRUE(staged.notes.empty());
+}
+
+TEST(Scatter, ReadsTheSourceWherePositionsAreDamaged) {
+    Staged staged(test::sphere_cloud(9000, 5));
+    const auto path = [&](std::size_t i) { return staged.request.positions[i].path; };
+    std::string bytes = test::read_bytes(path(10));
+    bytes[bytes.size() - 100] ^= 2;  // in the second block: the first is taken
+    test::write_bytes(path(10), bytes);
+    fs::remove(path(20));
+    // Whole, but short.
+    PositionWriter writer(path(30),
+                          PositionCodec(staged.archive->survey.table.infos()[1].coordinates));
+    writer.add(std::span(staged.expected).subspan(1000 + 30 * 70, 20));
+    writer.finish();
+    staged.scatter_and_check();
+    ASSERT_EQ(staged.notes.size(), 3U);
+    for (const std::size_t i : {10, 20, 30}) {
+        EXPECT_THAT(staged.notes, testing::Contains(testing::HasSubstr(path(i).string())));
+    }
+}
+
+TEST(Scatter, GoesOnWithThePositionsThatAreLeft) {
+    for (std::size_t stop_after = 1; stop_after < 8; ++stop_after) {
+        Staged staged(test::sphere_cloud(9000, 5));
+        const Archive& archive = *staged.archive;
+        std::vector<ScatterState> commits;
+        staged.request.commit = [&](const ScatterState& state) {
+            commits.push_back(state);
+            if (commits.size() == stop_after) {
+                throw Interrupted("stopped");
+            }
+        };
+        EXPECT_THROW(scatter(archive.survey.table, archive.plan, archive.map, staged.request,
+                             [](std::uint64_t) {}),
+                     Interrupted);
+        staged.request.state = commits.back();
+        staged.request.commit = [](const ScatterState&) {};
+        staged.scatter_and_check();
+        EXPECT_TRUE(staged.notes.empty());
+    }
 }
 
 TEST(Scatter, KeepsPointsOfSourcesApartWhoseCoordinatesPackDifferently) {

@@ -12,6 +12,7 @@
 #include "knap/error.hpp"
 #include "support/clouds.hpp"
 #include "support/cut_cloud.hpp"
+#include "support/damage.hpp"
 
 namespace knap {
 namespace {
@@ -24,6 +25,24 @@ constexpr std::uint64_t kAmple = std::uint64_t{64} << 20;
 
 Survey survey_silently(const SurveyRequest& request) {
     return survey(request, [](std::uint64_t) {});
+}
+
+// The positions that a survey has left of one source, which must be its own.
+std::vector<Vec3> positions_of(const Survey& found, std::size_t source) {
+    std::vector<Vec3> positions;
+    for (const PositionFile& file : found.positions) {
+        if (file.source == source) {
+            EXPECT_EQ(file.first, positions.size()) << "without a gap";
+            EXPECT_EQ(file.bytes, std::filesystem::file_size(file.path));
+            PositionReader reader(file.path,
+                                  PositionCodec(found.table.infos()[source].coordinates));
+            for (std::vector<Vec3> block; reader.next(block);) {
+                positions.insert(positions.end(), block.begin(), block.end());
+            }
+            EXPECT_EQ(file.first + file.count, positions.size());
+        }
+    }
+    return positions;
 }
 
 // Writes a cloud as one to four files; some may be empty.
@@ -42,6 +61,37 @@ std::vector<std::filesystem::path> write_parts(const test::TemporaryFolder& fold
         begin = end;
     }
     return files;
+}
+
+TEST(Survey, LeavesThePositionsOfSourcesThatAreSlowToRead) {
+    const test::TemporaryFolder folder;
+    std::vector<Vec3> cloud = test::sphere_cloud(150000, 6);
+    cloud[7].x = cloud[70000].y = std::numeric_limits<double>::quiet_NaN();
+    test::write_ascii_ply(folder / "a.ply", cloud);
+    test::write_ply(folder / "b.ply", cloud, true);
+    test::write_bytes(folder / "c.xyz", "1 2 3\n4.5 5 1e-3\n");
+    const std::vector<std::filesystem::path> files{folder / "a.ply", folder / "b.ply",
+                                                   folder / "c.xyz"};
+    const auto bytes = position_bytes(survey_silently({.files = files}).table.infos());
+    EXPECT_GE(bytes, 150000U * 12);
+    for (const int threads : {1, 3}) {
+        const test::TemporaryFolder scratch;
+        const Survey found = survey_silently({.files = files,
+                                              .threads = threads,
+                                              .budget_bytes = kAmple,
+                                              .positions = scratch.path()});
+        const std::vector<Vec3> first = positions_of(found, 0);
+        const std::vector<Vec3> expected = test::read_cloud(files[0]);
+        ASSERT_EQ(first.size(), expected.size());
+        for (std::size_t i = 0; i < first.size(); ++i) {
+            ASSERT_EQ(is_finite(first[i]), is_finite(expected[i]));
+            ASSERT_TRUE(!is_finite(first[i]) || first[i] == expected[i]);
+        }
+        EXPECT_TRUE(positions_of(found, 1).empty()) << "records lie ready";
+        EXPECT_EQ(positions_of(found, 2), test::read_cloud(files[2]));
+        EXPECT_GE(found.positions.size(), 4U) << "in several files";
+    }
+    EXPECT_TRUE(survey_silently({.files = files}).positions.empty()) << "nowhere to put them";
 }
 
 TEST(Survey, CountsEveryPointOfEverySourceAndBoundsTheFiniteOnes) {

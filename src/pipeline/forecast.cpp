@@ -113,13 +113,16 @@ Forecast make_forecast(const Job& job, const Survey& survey, const BrickPlan& pl
     const std::uint64_t counted = forecast.points - forecast.rejected;
     const auto packed = static_cast<double>(survey.table.packed_size());
     const double brick_point = packed + kBrickIdBytes;
-    const double bricks = brick_point * static_cast<double>(in_bricks) +
-                          kVoxelBytes * static_cast<double>(forecast.occupied_voxels);
+    const double voxels = kVoxelBytes * static_cast<double>(forecast.occupied_voxels);
+    const double bricks = brick_point * static_cast<double>(in_bricks) + voxels;
+    // Positions go as the bricks that are made from them grow.
+    const auto positions = static_cast<double>(position_bytes(forecast.sources));
+    const double scattered = std::max(bricks, positions + voxels) + kPositionsLeft * positions;
     const double runs = (packed + kRunKeyBytes + static_cast<double>(id_bytes(forecast.points))) *
                         static_cast<double>(counted);
     // A brick file goes when its run is written: at the end, all runs and the last bricks.
     forecast.scratch_bytes = static_cast<std::uint64_t>(
-        std::max(bricks, runs + brick_point * static_cast<double>(in_work)));
+        std::max(scattered, runs + brick_point * static_cast<double>(in_work)));
     forecast.scratch_free_bytes = free_bytes(scratch_parent(job));
     return forecast;
 }

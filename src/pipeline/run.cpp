@@ -24,6 +24,7 @@
 #include "pipeline/rank_log.hpp"
 #include "pipeline/sources.hpp"
 #include "pipeline/stage_clock.hpp"
+#include "pipeline/survey_record.hpp"
 #include "pipeline/tile_records.hpp"
 #include "plan/plan.hpp"
 #include "rank/rank.hpp"
@@ -181,25 +182,22 @@ class Pipeline {
     Survey survey_all() {
         const fs::path file = scratch_.path() / kSurveyFile;
         Survey archive = clock_.time("survey", 0, [&](const auto& advance) -> Survey {
-            if (log_.find("survey", kSurveyFile) != nullptr) {
+            if (const Json* before = log_.find("survey", kSurveyFile)) {
                 SavedSurvey saved = load_survey(file, source_infos(files_));
                 advance(saved.table.points());
-                return {std::move(saved.table), std::move(saved.occupancy)};
+                return {std::move(saved.table), std::move(saved.occupancy),
+                        recorded_positions(*before, scratch_.path())};
             }
-            return survey({.files = files_, .threads = threads_, .budget_bytes = budgets_.survey},
+            return survey({.files = files_,
+                           .threads = threads_,
+                           .budget_bytes = budgets_.survey,
+                           .positions = positions_folder(files_, scratch_.path())},
                           advance);
         });
         if (log_.find("survey", kSurveyFile) == nullptr) {
             tell_what_stays_behind(archive.table, progress_);
             save_survey(file, archive.table, archive.occupancy);
-            Json digests = Json::array();
-            for (const SourceEntry& source : archive.table.sources()) {
-                digests.push_back(source.xxh3);
-            }
-            log_.record("survey", kSurveyFile,
-                        {{"points", archive.table.points()},
-                         {"rejected", archive.table.rejected()},
-                         {"xxh3", digests}});
+            log_.record("survey", kSurveyFile, survey_record(archive));
         }
         scratch_.keep(true);
         return archive;
@@ -248,26 +246,23 @@ class Pipeline {
     std::vector<BrickFile> scatter_on(const Survey& archive, const BrickPlan& plan,
                                       const ScatterState& state,
                                       const std::function<void(std::uint64_t)>& advance) {
-        std::vector<VoxelBox> cores;
-        std::vector<VoxelBox> reaches;
-        for (const Brick& brick : plan.bricks) {
-            cores.push_back(brick.core);
-            reaches.push_back(voxels_touched(brick, plan.voxel_size));
-        }
-        const BrickMap map(archive.occupancy, cores, reaches);
+        const BrickMap map(archive.occupancy, plan);
         return scatter(archive.table, plan, map,
                        {.folder = scratch_.path(),
+                        .positions = archive.positions,
                         .threads = threads_,
                         .budget_bytes = budgets_.stage / 4,
                         .state = state,
                         .commit =
                             [&](const ScatterState& now) {
+                                scratch_.recount();
                                 // The file itself is the record; the log says that there is one.
                                 save_scatter_state(scratch_.path() / kScatterFile, now);
                                 if (log_.find("scatter", kScatterFile) == nullptr) {
                                     log_.record("scatter", kScatterFile, Json::object());
                                 }
-                            }},
+                            },
+                        .note = [&](const std::string& note) { clock_.note(note); }},
                        advance);
     }
 

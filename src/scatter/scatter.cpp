@@ -8,8 +8,10 @@
 #include <span>
 #include <system_error>
 
+#include "base/threads.hpp"
 #include "input/stream.hpp"
 #include "knap/error.hpp"
+#include "scatter/archive_parts.hpp"
 #include "store/brick_file.hpp"
 
 namespace knap {
@@ -18,8 +20,8 @@ namespace {
 
 constexpr std::size_t kChunkPoints = std::size_t{1} << 16;
 constexpr std::uint64_t kRangePoints = std::uint64_t{1} << 20;
-// Ranges between two commits: what a job that is stopped does again at most.
-constexpr std::size_t kRangesPerCommit = 32;
+// Parts between two commits: what a job that is stopped does again at most.
+constexpr std::size_t kPartsPerCommit = 32;
 constexpr std::uint64_t kSmallestBuffer = std::uint64_t{2} << 10;
 constexpr std::uint64_t kLargestBuffer = std::uint64_t{256} << 10;
 constexpr std::size_t kLocks = 64;
@@ -58,7 +60,7 @@ class Scatterer {
             buffer_size(plan.bricks.size(), request.threads, request.budget_bytes));
         for (std::size_t i = 0; i < plan.bricks.size(); ++i) {
             paths_.push_back(brick_path(request.folder, i));
-            if (before_.ranges_done == 0) {
+            if (before_.parts_done == 0) {
                 create_brick_file(paths_.back(), table);
             } else {
                 cut_back(paths_.back(), before_.bricks.at(i).bytes);
@@ -97,9 +99,9 @@ class Scatterer {
     }
 
     /// What is in the files once all workers are flushed.
-    ScatterState state(const std::vector<Worker>& workers, std::uint64_t ranges_done) const {
+    ScatterState state(const std::vector<Worker>& workers, std::uint64_t parts_done) const {
         ScatterState state = before_;
-        state.ranges_done = ranges_done;
+        state.parts_done = parts_done;
         for (std::size_t brick = 0; brick < paths_.size(); ++brick) {
             ScatterState::Tally& tally = state.bricks[brick];
             tally.bytes = std::filesystem::file_size(paths_[brick]);
@@ -156,15 +158,25 @@ class Scatterer {
     std::array<std::mutex, kLocks> locks_;
 };
 
-// Points of the ranges that an earlier run is done with.
-std::uint64_t points_before(const SourceTable& table, std::span<const SourceRange> ranges,
-                            std::uint64_t done) {
-    std::uint64_t points = 0;
-    for (const SourceRange& range : ranges.first(done)) {
-        const SourceEntry& source = table.sources()[range.source];
-        points += std::min(range.count, source.points - std::min(range.first, source.points));
+// Parts between two commits. Positions are held until their points are committed, so of an archive
+// that has them each takes a small share.
+std::size_t parts_per_commit(const std::vector<ArchivePart>& parts, int threads) {
+    const bool staged = std::any_of(parts.begin(), parts.end(), [](const ArchivePart& part) {
+        return part.positions != nullptr;
+    });
+    const auto share = static_cast<std::size_t>(static_cast<double>(parts.size()) * kPositionsLeft);
+    const std::size_t fewest = 2 * static_cast<std::size_t>(threads);
+    return staged ? std::clamp(share, fewest, std::max(fewest, kPartsPerCommit)) : kPartsPerCommit;
+}
+
+// An earlier run may have removed them already.
+void remove_positions(std::span<const ArchivePart> parts) {
+    for (const ArchivePart& part : parts) {
+        if (part.positions != nullptr) {
+            std::error_code ignored;
+            std::filesystem::remove(part.positions->path, ignored);
+        }
     }
-    return points;
 }
 
 }  // namespace
@@ -178,31 +190,35 @@ std::vector<BrickFile> scatter(const SourceTable& table, const BrickPlan& plan, 
     for (int i = 0; i < request.threads; ++i) {
         workers.push_back({BrickMap::Reader(map), std::vector<Buffers>(plan.bricks.size())});
     }
-    const std::vector<SourceInfo> infos = table.infos();
-    const std::vector<SourceRange> ranges = cut_into_ranges(infos, kRangePoints);
+    const std::vector<ArchivePart> parts = cut_into_parts(table, request.positions);
+    const std::size_t step = parts_per_commit(parts, request.threads);
     ScatterState state = request.state;
-    advance(points_before(table, ranges, state.ranges_done));
+    const auto done = std::span(parts).first(state.parts_done);
+    remove_positions(done);
+    advance(points_of(table, done));
     do {
-        const std::size_t first = state.ranges_done;
-        const std::size_t count = std::min(kRangesPerCommit, ranges.size() - first);
-        stream_ranges(infos, std::span(ranges).subspan(first, count), request.threads, kChunkPoints,
-                      [&](std::size_t slot, std::size_t range, const Chunk& chunk) {
-                          const std::size_t source = ranges[first + range].source;
-                          PointId id = table.sources()[source].first_id + chunk.first;
-                          for (const Vec3& p : chunk.positions) {
-                              if (is_finite(p)) {
-                                  scatterer.add(workers[slot], source, id, p);
-                              }
-                              ++id;
-                          }
-                          advance(chunk.positions.size());
-                      });
+        const std::size_t first = state.parts_done;
+        const std::size_t count = std::min(step, parts.size() - first);
+        run_tasks(count, request.threads, [&](std::size_t i, std::size_t slot) {
+            const std::size_t source = parts[first + i].range.source;
+            stream_part(table, parts[first + i], request.note, [&](const Chunk& chunk) {
+                PointId id = table.sources()[source].first_id + chunk.first;
+                for (const Vec3& p : chunk.positions) {
+                    if (is_finite(p)) {
+                        scatterer.add(workers[slot], source, id, p);
+                    }
+                    ++id;
+                }
+                advance(chunk.positions.size());
+            });
+        });
         for (Worker& worker : workers) {
             scatterer.flush(worker);
         }
         state = scatterer.state(workers, first + count);
         request.commit(state);
-    } while (state.ranges_done < ranges.size());
+        remove_positions(std::span(parts).subspan(first, count));
+    } while (state.parts_done < parts.size());
 
     return brick_files(request.folder, plan, state);
 }

@@ -18,6 +18,22 @@ CoordBBox to_coords(const VoxelBox& box) {
     return {Coord(box.min.x, box.min.y, box.min.z), Coord(box.max.x, box.max.y, box.max.z)};
 }
 
+std::vector<VoxelBox> cores_of(const BrickPlan& plan) {
+    std::vector<VoxelBox> cores;
+    for (const Brick& brick : plan.bricks) {
+        cores.push_back(brick.core);
+    }
+    return cores;
+}
+
+std::vector<VoxelBox> reaches_of(const BrickPlan& plan) {
+    std::vector<VoxelBox> reaches;
+    for (const Brick& brick : plan.bricks) {
+        reaches.push_back(voxels_touched(brick, plan.voxel_size));
+    }
+    return reaches;
+}
+
 }  // namespace
 
 struct BrickMap::Grid {
@@ -26,6 +42,9 @@ struct BrickMap::Grid {
     std::vector<std::uint32_t> bricks;  // the lists, one after the other
     std::vector<std::size_t> begin{0};  // list i is bricks[begin[i]] .. bricks[begin[i + 1]]
 };
+
+BrickMap::BrickMap(const Occupancy& occupancy, const BrickPlan& plan)
+    : BrickMap(occupancy, cores_of(plan), reaches_of(plan)) {}
 
 BrickMap::BrickMap(const Occupancy& occupancy, const std::vector<VoxelBox>& cores,
                    const std::vector<VoxelBox>& reaches)

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "store/brick_plan.hpp"
 #include "store/occupancy.hpp"
 
 namespace knap {
@@ -18,6 +19,8 @@ class BrickMap {
     /// @param reaches    voxels that a brick's core and halo touch; each contains the core
     BrickMap(const Occupancy& occupancy, const std::vector<VoxelBox>& cores,
              const std::vector<VoxelBox>& reaches);
+    /// The bricks of a plan.
+    BrickMap(const Occupancy& occupancy, const BrickPlan& plan);
     ~BrickMap();
     BrickMap(BrickMap&&) noexcept;
 

@@ -234,7 +234,7 @@ BrickPlan load_plan(const std::filesystem::path& path) {
 
 void save_scatter_state(const std::filesystem::path& path, const ScatterState& state) {
     Bytes out;
-    put(out, state.ranges_done);
+    put(out, state.parts_done);
     put(out, static_cast<std::uint64_t>(state.bricks.size()));
     for (const ScatterState::Tally& brick : state.bricks) {
         put(out, brick.bytes);
@@ -249,7 +249,7 @@ ScatterState load_scatter_state(const std::filesystem::path& path) {
     const Bytes payload = load(path, kScatterMagic);
     ByteReader in(payload);
     ScatterState state;
-    state.ranges_done = in.get<std::uint64_t>();
+    state.parts_done = in.get<std::uint64_t>();
     state.bricks.resize(std::min<std::uint64_t>(in.get<std::uint64_t>(), in.left()));
     for (ScatterState::Tally& brick : state.bricks) {
         brick.bytes = in.get<std::uint64_t>();

@@ -45,7 +45,7 @@ struct ScatterState {
         Box core_box;
     };
 
-    std::uint64_t ranges_done = 0;
+    std::uint64_t parts_done = 0;
     std::vector<Tally> bricks;  ///< of the plan, in its order; none: nothing was scattered
 };
 

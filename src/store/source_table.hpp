@@ -1,16 +1,14 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <string>
 #include <vector>
 
 #include "knap/geometry.hpp"
 #include "knap/source.hpp"
+#include "store/position_codec.hpp"
 
 namespace knap {
 
@@ -63,65 +61,22 @@ class SourceTable {
     /// Writes packed_size() bytes.
     /// @param position  finite, as the reader of `source` gave it
     void pack(std::size_t source, const Vec3& position, std::byte* out) const {
-        if (wide_) {
-            std::memcpy(out, &position, 3 * sizeof(double));
-            return;
-        }
-        const CoordinateFormat& format = formats_[source];
-        for (int axis = 0; axis < 3; ++axis) {
-            std::byte* at = out + static_cast<std::size_t>(axis) * 4;
-            if (format.kind == CoordinateKind::kFloat32) {
-                const auto value = static_cast<float>(position[axis]);
-                std::memcpy(at, &value, sizeof value);
-            } else {
-                const std::int32_t value =
-                    nearest_int32((position[axis] - format.offset[axis]) / format.scale[axis]);
-                std::memcpy(at, &value, sizeof value);
-            }
-        }
+        codecs_[source].pack(position, out);
     }
 
     /// Reads packed_size() bytes.
     Vec3 unpack(std::size_t source, const std::byte* in) const {
-        Vec3 position;
-        if (wide_) {
-            std::memcpy(&position, in, 3 * sizeof(double));
-            return position;
-        }
-        const CoordinateFormat& format = formats_[source];
-        for (int axis = 0; axis < 3; ++axis) {
-            const std::byte* at = in + static_cast<std::size_t>(axis) * 4;
-            if (format.kind == CoordinateKind::kFloat32) {
-                float value = 0;
-                std::memcpy(&value, at, sizeof value);
-                position[axis] = static_cast<double>(value);
-            } else {
-                std::int32_t value = 0;
-                std::memcpy(&value, at, sizeof value);
-                position[axis] = axes_[source][static_cast<std::size_t>(axis)].at(value);
-            }
-        }
-        return position;
+        return codecs_[source].unpack(in);
     }
 
   private:
-    static_assert(sizeof(Vec3) == 3 * sizeof(double));
-
-    // The value is an integer but for the rounding of the reader's multiplication and addition, so
-    // adding a half and truncating is rounding, without a call to the mathematics library.
-    static std::int32_t nearest_int32(double value) {
-        const double shifted = value + std::copysign(0.5, value);
-        return static_cast<std::int32_t>(std::clamp(shifted, -2147483648.0, 2147483647.0));
-    }
-
     std::vector<SourceEntry> sources_;
     Box box_;
     std::uint64_t points_ = 0;
     std::uint64_t rejected_ = 0;
     bool wide_ = false;
-    std::vector<CoordinateFormat> formats_;  // of sources_, close together: pack() runs per point
-    std::vector<std::array<GridAxis, 3>> axes_;
-    std::vector<PointId> first_ids_;  // of sources_, for the same reason
+    std::vector<PositionCodec> codecs_;  // of sources_, close together: pack() runs per point
+    std::vector<PointId> first_ids_;     // of sources_, for the same reason
 };
 
 }  // namespace knap

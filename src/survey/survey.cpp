@@ -5,6 +5,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <tuple>
 #include <utility>
 
 #include "base/checksum.hpp"
@@ -12,6 +13,7 @@
 #include "base/threads.hpp"
 #include "input/stream.hpp"
 #include "knap/source.hpp"
+#include "survey/position_stager.hpp"
 
 namespace knap {
 
@@ -26,16 +28,29 @@ constexpr std::uint64_t kRangePoints = std::uint64_t{1} << 20;
 constexpr double kVoxelPoints = 64;
 constexpr double kMostVoxels = 512;
 constexpr double kFewestVoxels = 64;
-constexpr double kTextBytes = 32;  // of a point, about
+constexpr std::uint64_t kTextBytes = 32;  // of a point, about
+
+// Not every text file says how many it has.
+std::uint64_t points_about(const SourceInfo& info) {
+    return info.declared_count.value_or(info.size_bytes / kTextBytes);
+}
+
+std::uint64_t points_about(const std::vector<SourceInfo>& infos) {
+    std::uint64_t points = 0;
+    for (const SourceInfo& info : infos) {
+        points += points_about(info);
+    }
+    return points;
+}
 
 double first_voxels(const std::vector<SourceInfo>& infos) {
-    double points = 0;
-    for (const SourceInfo& info : infos) {
-        // Not every text file says how many it has.
-        points += info.declared_count ? static_cast<double>(*info.declared_count)
-                                      : static_cast<double>(info.size_bytes) / kTextBytes;
-    }
+    const auto points = static_cast<double>(points_about(infos));
     return std::clamp(std::sqrt(points / kVoxelPoints), kFewestVoxels, kMostVoxels);
+}
+
+// Fixed records lie ready; what is compressed or text is decoded.
+bool is_slow(const SourceInfo& info) {
+    return info.seek_granularity != 1;
 }
 
 // What one thread has seen of one source.
@@ -45,10 +60,12 @@ struct Tally {
 };
 
 struct Worker {
-    explicit Worker(Occupancy grid) : occupancy(std::move(grid)) {}
+    Worker(Occupancy grid, PositionStager positions)
+        : occupancy(std::move(grid)), stager(std::move(positions)) {}
     Occupancy occupancy;
     Box box;
     std::vector<Tally> tallies;
+    PositionStager stager;
 };
 
 // From the first chunk that has a finite point, so that it does not depend on threads.
@@ -85,7 +102,18 @@ double first_voxel_size(const std::vector<std::filesystem::path>& files, double 
 
 std::uint64_t survey_overhead_bytes(int threads) {
     constexpr std::uint64_t kReaderBytes = std::uint64_t{4} << 20;
-    return static_cast<std::uint64_t>(threads) * (kReaderBytes + kChunkPoints * sizeof(Vec3));
+    // A chunk, and what is written of it.
+    return static_cast<std::uint64_t>(threads) * (kReaderBytes + 2 * kChunkPoints * sizeof(Vec3));
+}
+
+std::uint64_t position_bytes(const std::vector<SourceInfo>& infos) {
+    std::uint64_t bytes = 0;
+    for (const SourceInfo& info : infos) {
+        if (is_slow(info)) {
+            bytes += points_about(info) * PositionCodec(info.coordinates).size();
+        }
+    }
+    return bytes;
 }
 
 Survey survey(const SurveyRequest& request, const std::function<void(std::uint64_t)>& advance) {
@@ -98,7 +126,8 @@ Survey survey(const SurveyRequest& request, const std::function<void(std::uint64
     const std::uint64_t budget = request.budget_bytes / (threads + 1);
     std::vector<Worker> workers;
     for (std::size_t i = 0; i < threads; ++i) {
-        workers.emplace_back(Occupancy(voxel_size, budget));
+        workers.emplace_back(Occupancy(voxel_size, budget),
+                             PositionStager(request.positions, points_about(infos)));
         workers.back().tallies.resize(infos.size());
     }
 
@@ -106,7 +135,11 @@ Survey survey(const SurveyRequest& request, const std::function<void(std::uint64
     stream_ranges(infos, ranges, static_cast<int>(threads), kChunkPoints,
                   [&](std::size_t slot, std::size_t range, const Chunk& chunk) {
                       Worker& worker = workers[slot];
-                      Tally& tally = worker.tallies[ranges[range].source];
+                      const std::size_t source = ranges[range].source;
+                      Tally& tally = worker.tallies[source];
+                      if (!request.positions.empty() && is_slow(infos[source])) {
+                          worker.stager.add(range, source, infos[source].coordinates, chunk);
+                      }
                       for (const Vec3& p : chunk.positions) {
                           if (is_finite(p)) {
                               worker.box.extend(p);
@@ -128,7 +161,10 @@ Survey survey(const SurveyRequest& request, const std::function<void(std::uint64
 
     Box box;
     std::optional<Occupancy> occupancy;
+    std::vector<PositionFile> positions;
     for (Worker& worker : workers) {
+        const std::vector<PositionFile> staged = worker.stager.finish();
+        positions.insert(positions.end(), staged.begin(), staged.end());
         box.extend(worker.box);
         if (occupancy) {
             occupancy->add(worker.occupancy);
@@ -137,6 +173,9 @@ Survey survey(const SurveyRequest& request, const std::function<void(std::uint64
         }
     }
     check_extent(box);
+    std::sort(positions.begin(), positions.end(), [](const PositionFile& a, const PositionFile& b) {
+        return std::tie(a.source, a.first) < std::tie(b.source, b.first);
+    });
 
     std::vector<SourceEntry> entries;
     for (std::size_t i = 0; i < infos.size(); ++i) {
@@ -150,7 +189,7 @@ Survey survey(const SurveyRequest& request, const std::function<void(std::uint64
         }
         entries.push_back(std::move(entry));
     }
-    return {SourceTable(std::move(entries), box), std::move(*occupancy)};
+    return {SourceTable(std::move(entries), box), std::move(*occupancy), std::move(positions)};
 }
 
 }  // namespace knap

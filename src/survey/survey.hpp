@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "store/occupancy.hpp"
+#include "store/position_file.hpp"
 #include "store/source_table.hpp"
 
 namespace knap {
@@ -16,18 +17,27 @@ struct SurveyRequest {
     int threads = 1;                 ///< >= 1
     std::uint64_t budget_bytes = 0;  ///< for the occupancy grids of all threads
     bool digests = true;             ///< also compute the XXH3-128 of each file
+    /// Exists; gets the positions of the sources that position_bytes() counts. Empty: of none.
+    std::filesystem::path positions = {};
 };
 
 /// What the archive is: every point was seen once.
 struct Survey {
     SourceTable table;
     Occupancy occupancy;
+    std::vector<PositionFile> positions;  ///< in stream order; of a source all points or none
 };
 
-/// First pass over the archive: counts, bounds, rejected points, digests, and points per voxel.
+/// Bytes of scratch, about, that the positions of such sources take whose points cost far more to
+/// read than to read back: compressed ones and text. By what their headers say.
+std::uint64_t position_bytes(const std::vector<SourceInfo>& infos);
+
+/// First pass over the archive: counts, bounds, rejected points, digests, and points per voxel;
+/// and positions of slow sources, so that they need not be read twice.
 /// @param advance  told how many points were read since the last call; from any thread
 /// @throws InputError if a source does not hold what its header says, or the bounds are so wide
 ///         that squares of distances overflow
+/// @throws StorageError if positions cannot be written
 Survey survey(const SurveyRequest& request, const std::function<void(std::uint64_t)>& advance);
 
 /// Memory that the survey takes beside the grids, for planning: readers and their chunks.

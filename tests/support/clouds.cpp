@@ -181,6 +181,17 @@ void write_ply(const std::filesystem::path& path, const std::vector<Vec3>& point
     }
 }
 
+void write_ascii_ply(const std::filesystem::path& path, const std::vector<Vec3>& points) {
+    std::ofstream file(path);
+    file << "ply\nformat ascii 1.0\nelement vertex " << points.size()
+         << "\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
+    file.precision(std::numeric_limits<float>::max_digits10);
+    for (const Vec3& p : points) {
+        file << static_cast<float>(p.x) << ' ' << static_cast<float>(p.y) << ' '
+             << static_cast<float>(p.z) << '\n';
+    }
+}
+
 std::vector<PointId> read_ids(const std::filesystem::path& path) {
     std::ifstream file(path);
     std::vector<PointId> ids;

@@ -37,6 +37,9 @@ class TemporaryFolder {
 void write_ply(const std::filesystem::path& path, const std::vector<Vec3>& points,
                bool as_float = false);
 
+/// Writes an ASCII PLY of floats, which is one of the forms that are slow to read.
+void write_ascii_ply(const std::filesystem::path& path, const std::vector<Vec3>& points);
+
 /// Reads a file of ids, one a line.
 std::vector<PointId> read_ids(const std::filesystem::path& path);
 

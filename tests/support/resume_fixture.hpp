@@ -53,8 +53,10 @@ inline constexpr std::int64_t kNever = std::int64_t{1} << 60;
 class ResumeFixture : public testing::Test {
   protected:
     ResumeFixture() {
-        write_ply(folder_ / "in.ply", sphere_cloud(8000, 3), true);
-        job_.input = {(folder_ / "in.ply").string()};
+        const std::vector<Vec3> cloud = sphere_cloud(8000, 3);
+        write_ply(folder_ / "in.ply", {cloud.begin(), cloud.begin() + 5000}, true);
+        write_ascii_ply(folder_ / "text.ply", {cloud.begin() + 5000, cloud.end()});
+        job_.input = {(folder_ / "in.ply").string(), (folder_ / "text.ply").string()};
         job_.range.alpha = 0.05;
         job_.output.path = (folder_ / "out").string();
         job_.output.ids = (folder_ / "ids").string();
