@@ -43,8 +43,8 @@ void check_memory(std::uint64_t kept, const EmitRequest& request) {
 std::vector<LatticeIndex> read_indices(const KeptPoints& kept, const Lattice& lattice,
                                        const EmitRequest& request) {
     std::vector<LatticeIndex> indices(kept.selection.count());
-    const TakeKept put = [&](std::uint64_t place, std::span<const PointId>,
-                             std::span<const Vec3> positions) {
+    TakeKept put = [&](std::uint64_t place, std::span<const PointId>,
+                       std::span<const Vec3> positions) {
         for (std::size_t i = 0; i < positions.size(); ++i) {
             indices[place + i] = index_of(lattice, positions[i]);
         }
@@ -118,8 +118,8 @@ class TilesThroughScratch {
     void write(const KeptPoints& kept) {
         std::optional<KeptFileWriter> all;
         std::mutex mutex;
-        const TakeKept put = [&](std::uint64_t, std::span<const PointId> ids,
-                                 std::span<const Vec3> positions) {
+        TakeKept put = [&](std::uint64_t, std::span<const PointId> ids,
+                           std::span<const Vec3> positions) {
             const std::scoped_lock lock(mutex);
             for (std::size_t i = 0; i < ids.size(); ++i) {
                 all->add(ids[i], positions[i]);
