@@ -93,6 +93,7 @@ TEST_F(Resume, AProcessKilledAtAnyMomentGoesOnToTheSameBytes) {
     const std::vector<std::string> command{KNAP_PROGRAM,
                                            "simplify",
                                            job_.input[0],
+                                           job_.input[1],
                                            "-o",
                                            job_.output.path,
                                            "--ids",
