@@ -29,7 +29,7 @@ std::map<PointId, Vec3> by_id(const test::Points& points) {
 
 // |H| of every distinct point, its neighbours found by looking at every other.
 std::map<PointId, double> curvature_by_force(const test::Points& distinct, int neighbours,
-                                             const FourierEstimator& estimator) {
+                                             const CurvatureEstimator& estimator) {
     const std::map<PointId, Vec3> positions = by_id(distinct);
     std::map<PointId, double> curvature;
     for (const auto& [id, position] : positions) {
@@ -64,7 +64,7 @@ TEST(CurvaturePass, ABrickWithItsHaloEqualsTheWholeCloudBitForBit) {
         const std::vector<Vec3> cloud = test::random_cloud(random);
         const test::Points distinct = test::distinct_points(cloud);
         const int neighbours = static_cast<int>(3 + random() % 60);
-        const FourierEstimator estimator({}, random_spacing(random, distinct.box));
+        const CurvatureEstimator estimator({}, random_spacing(random, distinct.box));
         const auto expected = curvature_by_force(distinct, neighbours, estimator);
         const ThreadLimit limit(1 + round % 3);
         const test::CutCloud cut = test::cut_cloud(random, test::finite_points(cloud),
@@ -106,7 +106,7 @@ TEST(CurvaturePass, BoundsOfStragglersHoldTheirTrueNeighboursFarthestFirst) {
     for (int round = 0; round < 60; ++round) {
         const std::vector<Vec3> cloud = test::random_cloud(random);
         const test::Points distinct = test::distinct_points(cloud);
-        const FourierEstimator estimator({}, random_spacing(random, distinct.box));
+        const CurvatureEstimator estimator({}, random_spacing(random, distinct.box));
         const test::CutCloud cut = test::cut_cloud(random, test::finite_points(cloud),
                                                    1 + random() % 300, kHalos[round % 2]);
         constexpr int kNeighbours = 10;
@@ -133,7 +133,7 @@ TEST(CurvaturePass, ABrickThatSeesTheWholeArchiveHasNoStragglers) {
     std::mt19937_64 random(3);
     for (int round = 0; round < 100; ++round) {
         const test::Points points = test::finite_points(test::random_cloud(random));
-        const FourierEstimator estimator({}, random_spacing(random, points.box));
+        const CurvatureEstimator estimator({}, random_spacing(random, points.box));
         for (const test::CutBrick& brick :
              test::cut_cloud(random, points, 200, test::Halo::kAll).bricks) {
             EXPECT_TRUE(
@@ -148,7 +148,7 @@ TEST(CurvaturePass, RanksStragglersByTheirGatheredNeighbours) {
     for (int round = 0; round < 60; ++round) {
         const test::Points distinct = test::distinct_points(test::random_cloud(random));
         constexpr int kNeighbours = 20;
-        const FourierEstimator estimator({}, random_spacing(random, distinct.box));
+        const CurvatureEstimator estimator({}, random_spacing(random, distinct.box));
         const std::map<PointId, Vec3> positions = by_id(distinct);
         std::vector<Straggler> stragglers;
         std::vector<std::vector<FoundNeighbour>> neighbours;

@@ -1,5 +1,3 @@
-#include "curvature/fourier.hpp"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
@@ -9,6 +7,7 @@
 #include <numbers>
 #include <random>
 
+#include "curvature/estimator.hpp"
 #include "support/clouds.hpp"
 #include "support/cut_cloud.hpp"
 #include "support/reference.hpp"
@@ -89,7 +88,7 @@ TEST(Fourier, EqualsTheMethodWrittenDownLiterally) {
         const CurvatureParams params = random_params(random);
         const double spacing = uniform(random, 0.05, 0.3);
         const double expected = reference::curvature(points, params, spacing);
-        const double h = FourierEstimator(params, spacing).mean_curvature(points);
+        const double h = CurvatureEstimator(params, spacing).mean_curvature(points);
         // Both curvatures are sums that may cancel; a height over a step squared is their scale.
         const double scale = 1 / (params.step * spacing);
         ASSERT_NEAR(h, expected, 1e-9 * (expected + scale)) << "round " << round;
@@ -141,7 +140,7 @@ TEST(Fourier, OfASphereIsTheResponseOfTheTruncatedSeriesOverItsRadius) {
         CurvatureParams params;
         params.samples = samples;
         params.step = 1;
-        const double h = FourierEstimator(params, step).mean_curvature(points);
+        const double h = CurvatureEstimator(params, step).mean_curvature(points);
         // A sample takes the point at its place with the inverse of its height as the weight, and
         // up to three others, a step or more away, with one over the step at most: it is off by
         // 3 z z_max / step. Rounding adds 16 epsilon of the neighbourhood's reach.
@@ -178,7 +177,7 @@ TEST(Fourier, OfAPlaneIsZero) {
             tolerance +=
                 std::abs(second_weight(params.samples, l)) / (step * step) * 64 * 2.2e-16 * 5;
         }
-        const double h = FourierEstimator(params, spacing).mean_curvature(points);
+        const double h = CurvatureEstimator(params, spacing).mean_curvature(points);
         ASSERT_LE(h, round % 5 == 0 ? 0 : tolerance) << "round " << round;
     }
 }
@@ -189,14 +188,14 @@ TEST(Fourier, ScalesWithOneOverTheCloud) {
         std::vector<Vec3> points = random_neighbourhood(random);
         const double spacing = spacing_of(points);
         const CurvatureParams params = random_params(random);
-        const double h = FourierEstimator(params, spacing).mean_curvature(points);
+        const double h = CurvatureEstimator(params, spacing).mean_curvature(points);
         // A power of two scales without rounding: bit for bit.
         const int exponent = static_cast<int>(random() % 60) - 30;
         for (Vec3& p : points) {
             p = {std::ldexp(p.x, exponent), std::ldexp(p.y, exponent), std::ldexp(p.z, exponent)};
         }
         const double scaled =
-            FourierEstimator(params, std::ldexp(spacing, exponent)).mean_curvature(points);
+            CurvatureEstimator(params, std::ldexp(spacing, exponent)).mean_curvature(points);
         ASSERT_EQ(scaled, std::ldexp(h, -exponent)) << "round " << round;
     }
 }
@@ -212,7 +211,7 @@ TEST(Fourier, DoesNotDependOnWhereTheCloudLies) {
             }
         }
         const CurvatureParams params = random_params(random);
-        const FourierEstimator estimator(params, 0.1);
+        const CurvatureEstimator estimator(params, 0.1);
         const double h = estimator.mean_curvature(points);
         const Vec3 away{static_cast<double>(random() % 10000000), -4e6, 123};
         for (Vec3& p : points) {
@@ -227,7 +226,7 @@ TEST(Fourier, IsFiniteAndNotNegativeForAnyNeighbourhood) {
     for (int round = 0; round < 5000; ++round) {
         const std::vector<Vec3> points = random_neighbourhood(random);
         const double spacing = spacing_of(points) * std::pow(10, uniform(random, -6, 6));
-        const double h = FourierEstimator(random_params(random), spacing).mean_curvature(points);
+        const double h = CurvatureEstimator(random_params(random), spacing).mean_curvature(points);
         ASSERT_TRUE(std::isfinite(h));
         ASSERT_GE(h, 0);
     }
@@ -236,14 +235,14 @@ TEST(Fourier, IsFiniteAndNotNegativeForAnyNeighbourhood) {
 TEST(Fourier, WithoutFourPointsExtentOrSpacingIsZero) {
     const std::vector<Vec3> bent{
         {0, 0, 0}, {1, 0, 0.5}, {-1, 0, 0.5}, {0, 1.5, 0.5}, {0, -1.5, 0.5}};
-    const FourierEstimator estimator({}, 0.5);
+    const CurvatureEstimator estimator({}, 0.5);
     EXPECT_GT(estimator.mean_curvature(bent), 0);
     for (std::size_t size = 0; size < 4; ++size) {
         EXPECT_EQ(estimator.mean_curvature(std::span(bent).first(size)), 0);
     }
     const std::vector<Vec3> one_place(20, Vec3{1e6, 2e6, 3e6});
     EXPECT_EQ(estimator.mean_curvature(one_place), 0);
-    EXPECT_EQ(FourierEstimator({}, 0).mean_curvature(bent), 0);
+    EXPECT_EQ(CurvatureEstimator({}, 0).mean_curvature(bent), 0);
 }
 
 }  // namespace

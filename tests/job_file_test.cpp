@@ -42,10 +42,12 @@ TEST_F(JobFile, EveryKeyIsRead) {
     const Job job = read(R"(
 input = ["a.ply", "folder"]
 [curvature]
+estimator = "quadric"
 neighbours = 20
 samples = 16
 step = 0.5
 [range]
+law = "chord"
 alpha = 0.4
 min_factor = 0.1
 max_factor = inf
@@ -62,9 +64,11 @@ scratch = "/tmp"
 brick_points = 12345
 )");
     EXPECT_THAT(job.input, ElementsAre("a.ply", "folder"));
+    EXPECT_EQ(job.curvature.estimator, Estimator::kQuadric);
     EXPECT_EQ(job.curvature.neighbours, 20);
     EXPECT_EQ(job.curvature.samples, 16);
     EXPECT_EQ(job.curvature.step, 0.5);
+    EXPECT_EQ(job.range.law, RangeLawKind::kChord);
     EXPECT_EQ(job.range.alpha, 0.4);
     EXPECT_EQ(job.range.min_factor, 0.1);
     EXPECT_EQ(job.range.max_factor, HUGE_VAL);
@@ -99,7 +103,7 @@ TEST_F(JobFile, AnUnknownKeyIsNamedWithItsLineAndTheNearestKey) {
                  EndsWith("job.toml:4: unknown key range.alhpa; did you mean range.alpha?"));
     expect_error("alpha = 1", HasSubstr(":1: unknown key alpha; did you mean range.alpha?"));
     expect_error("[rnage]\nalpha = 1", HasSubstr("rnage.alpha; did you mean range.alpha?"));
-    expect_error("\nrange = 3", HasSubstr(":2: unknown key range; did you mean range.alpha?"));
+    expect_error("\nrange = 3", HasSubstr(":2: unknown key range; did you mean range."));
     expect_error("[outptu]\n", HasSubstr("unknown key outptu; did you mean output."));
 }
 
@@ -120,6 +124,9 @@ TEST_F(JobFile, AWrongTypeIsNamedWithWhatWasExpectedAndFound) {
     expect_error("resources.threads = 4294967297", HasSubstr("expected an integer, found"));
     expect_error("resources.brick_points = -1", HasSubstr("expected an integer >= 0, found"));
     expect_error("resources.memory = \"4GB\"", HasSubstr("expected a size such as 4GiB"));
+    expect_error("range.law = 2", HasSubstr("expected the name of one, found the integer 2"));
+    expect_error("range.law = \"cord\"", EndsWith("range.law: expected reciprocal or chord, "
+                                                  "found \"cord\""));
     expect_error("output.overwrite = \"yes\"", HasSubstr("expected true or false, found"));
 }
 

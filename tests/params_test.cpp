@@ -54,7 +54,8 @@ TEST(Params, EveryKeyReachesAFieldOfItsOwn) {
     for (const Parameter& parameter : parameters()) {
         const void* address = std::visit(
             [](auto field) -> const void* {
-                if constexpr (std::is_same_v<decltype(field), Bytes>) {
+                if constexpr (std::is_same_v<decltype(field), Bytes> ||
+                              std::is_same_v<decltype(field), Choice>) {
                     return field.value;
                 } else {
                     return field;

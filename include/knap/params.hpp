@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <span>
@@ -10,8 +11,21 @@
 
 namespace knap {
 
+/// Where mean curvature is read from (method section 2).
+enum class Estimator {
+    kFourier,  ///< a truncated Fourier series along two axes: the paper's
+    kQuadric   ///< a quadric fitted to the neighbourhood: true to scale
+};
+
+/// How a point's radius follows from its curvature (method section 3).
+enum class RangeLawKind {
+    kReciprocal,  ///< alpha Hm / |H|: equal turning, the paper's
+    kChord        ///< alpha sqrt(Hm / |H|): equal height of the chord
+};
+
 /// How mean curvature is estimated (method sections 2 and 3).
 struct CurvatureParams {
+    Estimator estimator = Estimator::kFourier;
     int neighbours = 30;  ///< nearest other points a point's surface is read from, [3, 255]
     int samples =
         8;  ///< samples along each axis (N of the truncated Fourier series), even, [4, 64]
@@ -20,6 +34,7 @@ struct CurvatureParams {
 
 /// Which neighbours of a kept point it stands for.
 struct RangeParams {
+    RangeLawKind law = RangeLawKind::kReciprocal;
     double alpha = 0.0;           ///< range at mean curvature, cloud units, > 0
     double min_factor = 1.0 / 3;  ///< smallest range / alpha, (0, 1]
     double max_factor = 8.0;      ///< largest range / alpha, >= 1, may be infinite
@@ -54,12 +69,26 @@ struct Job {
     bool restart = false;
 };
 
-/// A pointer to one field of a Job; `Bytes` takes suffixes KiB, MiB, GiB, TiB.
+/// A size, which takes suffixes KiB, MiB, GiB, TiB.
 struct Bytes {
     std::uint64_t* value;
 };
-using ParameterField = std::variant<double*, int*, std::uint64_t*, Bytes, bool*, std::string*,
-                                    std::vector<std::string>*>;
+
+/// One of some names: an enumeration whose values are the places of their names.
+struct Choice {
+    void* value;
+    std::span<const std::string_view> names;
+    std::size_t (*get)(const void* value);
+    void (*set)(void* value, std::size_t place);
+
+    std::string_view chosen() const { return names[get(value)]; }
+    /// False if there is no such name.
+    bool choose(std::string_view name) const;
+};
+
+/// A pointer to one field of a Job.
+using ParameterField = std::variant<double*, int*, std::uint64_t*, Bytes, Choice, bool*,
+                                    std::string*, std::vector<std::string>*>;
 
 /// One row of the table behind job files, flags, `--help`, validation and the manifest.
 struct Parameter {

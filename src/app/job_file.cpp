@@ -95,6 +95,14 @@ struct Setter {
         }
         return (*this)(field.value);
     }
+    bool operator()(const Choice& choice) const {
+        const auto text = node.value_exact<std::string>();
+        if (!text) {
+            return false;
+        }
+        choose(choice, *text, where);
+        return true;
+    }
     bool operator()(bool* field) const { return assign(*field, node.value_exact<bool>()); }
     bool operator()(std::string* field) const {
         return assign(*field, node.value_exact<std::string>());

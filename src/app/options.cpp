@@ -1,6 +1,7 @@
 #include "app/options.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <unistd.h>
 
 #include <filesystem>
@@ -20,6 +21,9 @@ std::string type_name(const Parameter& parameter) {
         std::string operator()(int* /*field*/) const { return "INTEGER"; }
         std::string operator()(std::uint64_t* /*field*/) const { return "INTEGER"; }
         std::string operator()(Bytes /*field*/) const { return "SIZE"; }
+        std::string operator()(const Choice& choice) const {
+            return fmt::format("{}", fmt::join(choice.names, "|"));
+        }
         std::string operator()(bool* /*field*/) const { return ""; }
         std::string operator()(std::string* /*field*/) const { return "PATH"; }
         std::string operator()(std::vector<std::string>* /*field*/) const { return "PATH"; }

@@ -1,6 +1,7 @@
 #include "app/value.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <array>
 #include <charconv>
@@ -39,6 +40,7 @@ struct Kind {
     std::string_view operator()(int* /*field*/) const { return "an integer"; }
     std::string_view operator()(std::uint64_t* /*field*/) const { return "an integer >= 0"; }
     std::string_view operator()(Bytes /*field*/) const { return kSize; }
+    std::string_view operator()(const Choice& /*field*/) const { return "the name of one"; }
     std::string_view operator()(bool* /*field*/) const { return "true or false"; }
     std::string_view operator()(std::string* /*field*/) const { return "text"; }
     std::string_view operator()(std::vector<std::string>* /*field*/) const {
@@ -54,6 +56,7 @@ struct Setter {
     void operator()(int* value) const { *value = parse_whole<int>(text, where, "an integer"); }
     void operator()(std::uint64_t* value) const { *value = parse_count(text, where); }
     void operator()(Bytes size) const { *size.value = parse_size(text, where); }
+    void operator()(const Choice& choice) const { app::choose(choice, text, where); }
     void operator()(bool* value) const {
         if (text != "true" && text != "false") {
             fail(where, "true or false", text);
@@ -98,6 +101,12 @@ std::uint64_t parse_size(std::string_view text, std::string_view where) {
         return static_cast<std::uint64_t>(amount * factor);
     }
     return parse_whole<std::uint64_t>(text, where, kSize);
+}
+
+void choose(const Choice& choice, std::string_view text, std::string_view where) {
+    if (!choice.choose(text)) {
+        fail(where, fmt::format("{}", fmt::join(choice.names, " or ")), text);
+    }
 }
 
 void set_parameter(Job& job, const Parameter& parameter, std::string_view text,

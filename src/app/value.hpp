@@ -16,6 +16,9 @@ std::uint64_t parse_count(std::string_view text, std::string_view where);
 /// A size: "4GiB", "1.5GiB", or bytes.
 std::uint64_t parse_size(std::string_view text, std::string_view where);
 
+/// Takes the name that a text is.
+void choose(const Choice& choice, std::string_view text, std::string_view where);
+
 /// Sets one parameter of a job from text and checks its range. A list becomes this one entry.
 /// @throws ConfigError naming `where`, what was expected and the text
 void set_parameter(Job& job, const Parameter& parameter, std::string_view text,

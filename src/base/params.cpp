@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -14,6 +15,17 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
+constexpr std::array<std::string_view, 2> kEstimators{"fourier", "quadric"};
+constexpr std::array<std::string_view, 2> kLaws{"reciprocal", "chord"};
+
+template <typename Enum>
+Choice choice_of(Enum& value, std::span<const std::string_view> names) {
+    return {
+        &value, names,
+        [](const void* from) { return static_cast<std::size_t>(*static_cast<const Enum*>(from)); },
+        [](void* to, std::size_t place) { *static_cast<Enum*>(to) = static_cast<Enum>(place); }};
+}
+
 constexpr std::array kParameters{
     Parameter{.key = "input",
               .flag = "input",
@@ -22,6 +34,15 @@ constexpr std::array kParameters{
               .help = "point clouds that make up the archive, in this order",
               .required = true,
               .field = [](Job& job) -> ParameterField { return &job.input; }},
+    Parameter{.key = "curvature.estimator",
+              .flag = "--estimator",
+              .unit = "",
+              .range = "fourier or quadric",
+              .help = "surface that a point's curvature is read from",
+              .in_result = true,
+              .field = [](Job& job) -> ParameterField {
+                  return choice_of(job.curvature.estimator, kEstimators);
+              }},
     Parameter{.key = "curvature.neighbours",
               .flag = "--neighbours",
               .unit = "points",
@@ -50,6 +71,13 @@ constexpr std::array kParameters{
               .low_open = true,
               .in_result = true,
               .field = [](Job& job) -> ParameterField { return &job.curvature.step; }},
+    Parameter{.key = "range.law",
+              .flag = "--law",
+              .unit = "",
+              .range = "reciprocal or chord",
+              .help = "how a radius follows from curvature: alpha Hm/|H|, or alpha sqrt(Hm/|H|)",
+              .in_result = true,
+              .field = [](Job& job) -> ParameterField { return choice_of(job.range.law, kLaws); }},
     Parameter{.key = "range.alpha",
               .flag = "--alpha",
               .unit = "cloud units",
@@ -192,6 +220,15 @@ bool is_missing(const ParameterField& field) {
 
 }  // namespace
 
+bool Choice::choose(std::string_view name) const {
+    const auto found = std::find(names.begin(), names.end(), name);
+    if (found == names.end()) {
+        return false;
+    }
+    set(value, static_cast<std::size_t>(found - names.begin()));
+    return true;
+}
+
 std::span<const Parameter> parameters() {
     return kParameters;
 }
@@ -203,6 +240,8 @@ std::string format_value(const Parameter& parameter, const Job& job) {
             using T = decltype(pointer);
             if constexpr (std::is_same_v<T, Bytes>) {
                 return format_size(*pointer.value);
+            } else if constexpr (std::is_same_v<T, Choice>) {
+                return std::string(pointer.chosen());
             } else {
                 return fmt::format("{}", *pointer);
             }

@@ -7,9 +7,8 @@
 
 namespace knap {
 
-/// Most samples along an axis, and most points of a neighbourhood.
+/// Most samples along an axis.
 constexpr std::size_t kMostSamples = 64;
-constexpr std::size_t kMostNeighbourhood = 256;
 
 /// The truncated Fourier series of the surface's section along one axis. The transform is linear in
 /// the samples, so that it folds into two weights a sample.

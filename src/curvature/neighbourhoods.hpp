@@ -6,6 +6,9 @@
 
 namespace knap {
 
+/// Most points of a neighbourhood.
+constexpr std::size_t kMostNeighbourhood = 256;
+
 /// Neighbourhoods of some points, each a set without order: coordinates relative to the point,
 /// axis by axis. The point itself is among them, at (0, 0, 0).
 ///

@@ -1,6 +1,7 @@
 #include "merge/range_law.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace knap {
 
@@ -10,7 +11,10 @@ double RangeLaw::of(double curvature) const {
     if (!(curvature > 0)) {
         return largest;
     }
-    return std::clamp(range_.alpha * mean_curvature_ / curvature, smallest, largest);
+    const double range = range_.law == RangeLawKind::kChord
+                             ? range_.alpha * std::sqrt(mean_curvature_ / curvature)
+                             : range_.alpha * mean_curvature_ / curvature;
+    return std::clamp(range, smallest, largest);
 }
 
 }  // namespace knap

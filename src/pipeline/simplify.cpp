@@ -60,7 +60,7 @@ SimplifyResult simplify(std::span<const Vec3> points, const SimplifyParams& para
         spacing.count == 0 ? 0 : spacing.sum.value() / static_cast<double>(spacing.count);
 
     result.counts.merged = brick.merged;
-    const FourierEstimator estimator(params.curvature, result.spacing);
+    const CurvatureEstimator estimator(params.curvature, result.spacing);
     std::vector<RankedPoint> order;
     order.reserve(brick.core_count);
     const RankedBrick ranked = rank_brick(brick, params.curvature.neighbours, estimator, box, box,

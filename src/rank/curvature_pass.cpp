@@ -57,7 +57,7 @@ struct Pass {
     std::vector<Straggler> stragglers;
 };
 
-Pass compute(const PointBlocks& brick, std::size_t k, const FourierEstimator& estimator,
+Pass compute(const PointBlocks& brick, std::size_t k, const CurvatureEstimator& estimator,
              const Box& halo, const Box& archive,
              const std::function<void(std::uint64_t)>& advance) {
     Pass pass;
@@ -65,7 +65,7 @@ Pass compute(const PointBlocks& brick, std::size_t k, const FourierEstimator& es
     std::mutex mutex;
     parallel_for(brick.blocks.size(), kGrainBlocks, [&](std::size_t first, std::size_t last) {
         BlockSearch search(brick, brick.is_core, k);
-        FourierEstimator::Work work;
+        CurvatureEstimator::Work work;
         std::vector<Straggler> stragglers;
         std::uint64_t handled = 0;
         for (std::size_t block = first; block < last; ++block) {
@@ -95,8 +95,8 @@ Pass compute(const PointBlocks& brick, std::size_t k, const FourierEstimator& es
 
 }  // namespace
 
-RankedBrick rank_brick(const PointBlocks& brick, int neighbours, const FourierEstimator& estimator,
-                       const Box& halo, const Box& archive,
+RankedBrick rank_brick(const PointBlocks& brick, int neighbours,
+                       const CurvatureEstimator& estimator, const Box& halo, const Box& archive,
                        const std::function<void(std::span<const RankedPoint>)>& take,
                        const std::function<void(std::uint64_t)>& advance) {
     Pass pass =
@@ -135,7 +135,7 @@ RankedBrick rank_brick(const PointBlocks& brick, int neighbours, const FourierEs
 
 std::vector<RankedPoint> rank_stragglers(std::span<const Straggler> stragglers,
                                          std::span<const std::vector<FoundNeighbour>> neighbours,
-                                         const FourierEstimator& estimator) {
+                                         const CurvatureEstimator& estimator) {
     std::vector<RankedPoint> ranked(stragglers.size());
     parallel_for(stragglers.size(), kGrainStragglers, [&](std::size_t first, std::size_t last) {
         std::vector<Vec3> neighbourhood;

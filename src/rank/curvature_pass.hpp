@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "base/exact_sum.hpp"
-#include "curvature/fourier.hpp"
+#include "curvature/estimator.hpp"
 #include "curvature/point_blocks.hpp"
 #include "rank/gather.hpp"
 #include "store/ranked_run.hpp"
@@ -27,13 +27,13 @@ struct RankedBrick {
 /// @param take     told all of them, some at a time, in that order, once all are known
 /// @param advance  told how many points were handled; from any thread; may throw to stop the work
 RankedBrick rank_brick(
-    const PointBlocks& brick, int neighbours, const FourierEstimator& estimator, const Box& halo,
+    const PointBlocks& brick, int neighbours, const CurvatureEstimator& estimator, const Box& halo,
     const Box& archive, const std::function<void(std::span<const RankedPoint>)>& take,
     const std::function<void(std::uint64_t)>& advance = [](std::uint64_t) {});
 
 /// Mean curvature at stragglers, whose neighbours were gathered; in the method's order.
 std::vector<RankedPoint> rank_stragglers(std::span<const Straggler> stragglers,
                                          std::span<const std::vector<FoundNeighbour>> neighbours,
-                                         const FourierEstimator& estimator);
+                                         const CurvatureEstimator& estimator);
 
 }  // namespace knap

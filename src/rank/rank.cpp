@@ -76,7 +76,7 @@ class Ranking::Passes {
         done_ = request_.state.bricks;
         done_.resize(bricks_.size());
         result_.spacing = spacing;
-        const FourierEstimator estimator(request_.curvature, spacing);
+        const CurvatureEstimator estimator(request_.curvature, spacing);
         rank_bricks(estimator, advance);
         const SettledStragglers settled = stragglers(estimator);
         remove_straggler_runs();
@@ -139,7 +139,7 @@ class Ranking::Passes {
         return spacing;
     }
 
-    void rank_bricks(const FourierEstimator& estimator, const Advance& advance) {
+    void rank_bricks(const CurvatureEstimator& estimator, const Advance& advance) {
         parallel_tasks(bricks_.size(), [&](std::size_t i) {
             const BrickFile& file = bricks_[i];
             if (!done_[i]) {
@@ -156,7 +156,7 @@ class Ranking::Passes {
         });
     }
 
-    BrickRank rank_one(std::size_t i, const FourierEstimator& estimator, const Advance& advance) {
+    BrickRank rank_one(std::size_t i, const CurvatureEstimator& estimator, const Advance& advance) {
         const BrickFile& file = bricks_[i];
         const auto ticket = admit(file);
         const PointBlocks brick = take_blocks(i);
@@ -189,7 +189,7 @@ class Ranking::Passes {
         return load(i);
     }
 
-    SettledStragglers stragglers(const FourierEstimator& estimator) {
+    SettledStragglers stragglers(const CurvatureEstimator& estimator) {
         if (request_.state.stragglers) {
             return *request_.state.stragglers;
         }
@@ -199,7 +199,7 @@ class Ranking::Passes {
     }
 
     // In groups that fit the budget; what a brick has in a group becomes one more run of it.
-    SettledStragglers settle_stragglers(const FourierEstimator& estimator) {
+    SettledStragglers settle_stragglers(const CurvatureEstimator& estimator) {
         const auto k = static_cast<std::size_t>(request_.curvature.neighbours);
         const std::uint64_t each =
             2 * k * sizeof(FoundNeighbour) + sizeof(Straggler) + sizeof(RankedPoint);
@@ -224,8 +224,8 @@ class Ranking::Passes {
         return settled;
     }
 
-    void settle_group(const StragglerGroup& group, std::size_t k, const FourierEstimator& estimator,
-                      SettledStragglers& settled) {
+    void settle_group(const StragglerGroup& group, std::size_t k,
+                      const CurvatureEstimator& estimator, SettledStragglers& settled) {
         const CoreAccess cores =
             core_access([&](std::size_t i) { return load_ranked_core(i, estimator); });
         const auto found = gather(group.points, k, cores);
@@ -277,7 +277,7 @@ class Ranking::Passes {
     }
 
     // The core of a brick whose file is gone: its run and its stragglers.
-    CorePoints load_ranked_core(std::size_t i, const FourierEstimator& estimator) {
+    CorePoints load_ranked_core(std::size_t i, const CurvatureEstimator& estimator) {
         CorePoints core;
         core.positions.reserve(bricks_[i].core_points);
         core.ids.reserve(bricks_[i].core_points);
@@ -292,7 +292,7 @@ class Ranking::Passes {
     // A brick with a damaged run is ranked once more, from its sources.
     std::vector<RankedPoint> read_ranked(std::size_t i,
                                          const std::vector<std::filesystem::path>& runs,
-                                         const FourierEstimator& estimator) {
+                                         const CurvatureEstimator& estimator) {
         try {
             return read_runs(runs);
         } catch (const StorageError& error) {

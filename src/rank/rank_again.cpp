@@ -5,7 +5,7 @@
 #include <iterator>
 #include <span>
 
-#include "curvature/fourier.hpp"
+#include "curvature/estimator.hpp"
 #include "rank/brick_blocks.hpp"
 #include "rank/curvature_pass.hpp"
 
@@ -14,7 +14,7 @@ namespace knap {
 std::vector<RankedPoint> rank_again(const SourceTable& table, const BrickFile& file,
                                     const CurvatureParams& params, double spacing,
                                     const CoreAccess& archive) {
-    const FourierEstimator estimator(params, spacing);
+    const CurvatureEstimator estimator(params, spacing);
     std::vector<RankedPoint> certain;
     certain.reserve(file.core_points);
     const RankedBrick brick =

@@ -20,6 +20,8 @@ SimplifyParams random_params(std::mt19937_64& random, const std::vector<Vec3>& c
     }
     const double diagonal = box.empty() ? 0 : box.diagonal();
     SimplifyParams params;
+    params.curvature.estimator = pick(0, 2) == 0 ? Estimator::kQuadric : Estimator::kFourier;
+    params.range.law = pick(0, 2) == 0 ? RangeLawKind::kChord : RangeLawKind::kReciprocal;
     params.curvature.neighbours = pick(0, 1) == 0 ? 30 : pick(3, 60);
     params.curvature.samples = pick(0, 2) == 0 ? 2 * pick(2, 12) : 8;
     params.curvature.step = pick(0, 2) == 0 ? uniform(0.2, 2) : 0.8;

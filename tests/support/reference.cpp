@@ -11,7 +11,7 @@
 #include <tuple>
 
 #include "base/threads.hpp"
-#include "curvature/fourier.hpp"
+#include "curvature/estimator.hpp"
 
 namespace knap::reference {
 
@@ -105,7 +105,11 @@ std::uint64_t splitmix64(std::uint64_t x) {
 }
 
 double range_at(double h, double mean, const RangeParams& range) {
-    const double r = h == 0 ? std::numeric_limits<double>::infinity() : range.alpha * mean / h;
+    double r = std::numeric_limits<double>::infinity();
+    if (h != 0) {
+        r = range.law == RangeLawKind::kChord ? range.alpha * std::sqrt(mean / h)
+                                              : range.alpha * mean / h;
+    }
     return std::min(std::max(r, range.alpha * range.min_factor), range.alpha * range.max_factor);
 }
 
@@ -156,7 +160,7 @@ Result simplify(std::span<const Vec3> points, const CurvatureParams& params,
         result.spacing = exact_sum(distances) / static_cast<double>(distances.size());
     }
 
-    const FourierEstimator estimator(params, result.spacing);
+    const CurvatureEstimator estimator(params, result.spacing);
     std::vector<double> h(n);
     for (std::size_t i = 0; i < n; ++i) {
         std::vector<Vec3> neighbourhood{cloud.positions[i]};

@@ -6,25 +6,29 @@
 #include "curvature/fourier_series.hpp"
 #include "curvature/neighbourhoods.hpp"
 #include "curvature/principal_axes.hpp"
+#include "curvature/quadric.hpp"
 #include "curvature/sections.hpp"
 #include "knap/geometry.hpp"
 #include "knap/params.hpp"
 
 namespace knap {
 
-/// Mean curvature by a truncated Fourier series along the two principal axes of a neighbourhood.
-/// Source: Altantsetseg et al. 2013; Yang et al. 2015, section 3; the gaps as in docs/method.md.
-class FourierEstimator {
+/// Mean curvature from a neighbourhood in the frame of its principal axes: by a truncated Fourier
+/// series along two of them (Altantsetseg et al. 2013; Yang et al. 2015, section 3; the gaps as in
+/// docs/method.md), or by a quadric fitted to it.
+class CurvatureEstimator {
   public:
     /// @param params   valid
     /// @param spacing  mean nearest-neighbour distance of the whole archive, cloud units, >= 0;
     ///                 0 (no two points) makes every curvature 0
-    FourierEstimator(const CurvatureParams& params, double spacing) : series_(params, spacing) {}
+    CurvatureEstimator(const CurvatureParams& params, double spacing)
+        : estimator_(params.estimator), series_(params, spacing) {}
 
     /// Memory that is used again from call to call.
     struct Work {
         PrincipalAxes axes;
         SectionHeights heights;
+        Quadrics quadrics;
         std::vector<double> curvatures;
     };
 
@@ -39,6 +43,7 @@ class FourierEstimator {
     double mean_curvature(std::span<const Vec3> neighbourhood) const;
 
   private:
+    Estimator estimator_;
     FourierSeries series_;
 };
 
