@@ -98,9 +98,9 @@ void run_command(int argc, char** argv) {
     root.allow_extras();
     root.require_subcommand(0, 1);
     const std::vector<Command> commands{
-        knap::app::add_run(root),   knap::app::add_simplify(root), knap::app::add_plan(root),
-        knap::app::add_info(root),  knap::app::add_decode(root),   knap::app::add_verify(root),
-        knap::app::add_synth(root),
+        knap::app::add_run(root),      knap::app::add_simplify(root), knap::app::add_plan(root),
+        knap::app::add_info(root),     knap::app::add_decode(root),   knap::app::add_verify(root),
+        knap::app::add_evaluate(root), knap::app::add_synth(root),
     };
     for (const Command& command : commands) {
         command.parser->allow_extras();

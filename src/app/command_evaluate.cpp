@@ -1,0 +1,138 @@
+#include <fmt/format.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "app/commands.hpp"
+#include "app/options.hpp"
+#include "app/progress.hpp"
+#include "base/threads.hpp"
+#include "evaluate/evaluate.hpp"
+#include "evaluate/fan_surface.hpp"
+#include "knap/error.hpp"
+#include "knap/job.hpp"
+#include "knap/source.hpp"
+#include "pipeline/stage_clock.hpp"
+
+namespace knap::app {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct EvaluateOptions {
+    std::string original;
+    std::string simplified;
+    std::string surface = "fans";
+    int threads = 0;
+    ProgressOptions progress;
+};
+
+/// The program that measures by a mesh lies beside this one: CGAL's licence is another.
+fs::path mesh_program() {
+    return fs::read_symlink("/proc/self/exe").parent_path() / "knap-front-mesh";
+}
+
+void run_mesh_program(const EvaluateOptions& options, const std::vector<fs::path>& originals) {
+    std::vector<std::string> arguments{mesh_program().string(), options.simplified,
+                                       std::to_string(thread_count(options.threads))};
+    for (const fs::path& original : originals) {
+        arguments.push_back(original.string());
+    }
+    std::vector<char*> argv;
+    for (std::string& argument : arguments) {
+        argv.push_back(argument.data());
+    }
+    argv.push_back(nullptr);
+    pid_t child = 0;
+    int status = 0;
+    if (::posix_spawn(&child, argv[0], nullptr, nullptr, argv.data(), environ) != 0 ||
+        ::waitpid(child, &status, 0) != child) {
+        throw StorageError(fmt::format("{}: cannot run it", arguments[0]));
+    }
+    if (!WIFEXITED(status) || WEXITSTATUS(status) == 2) {
+        throw StorageError(fmt::format("{}: failed", arguments[0]));
+    }
+    if (WEXITSTATUS(status) != 0) {
+        throw InputError(fmt::format("{}: cannot measure it by a mesh", options.simplified));
+    }
+}
+
+void evaluate_by_fans(const EvaluateOptions& options, const std::vector<fs::path>& originals) {
+    const ThreadLimit limit(thread_count(options.threads));
+    const std::unique_ptr<Progress> progress = make_progress(options.progress);
+    std::uint64_t total = 0;
+    for (const fs::path& original : originals) {
+        total += open_source(original)->info().declared_count.value_or(0);
+    }
+    StageClock clock(*progress);
+    const Evaluation found = clock.time("evaluate", total, [&](const auto& advance) {
+        const FanSurface surface(simplified_points(options.simplified));
+        return evaluate(originals, surface, thread_count(options.threads), advance);
+    });
+    fmt::print("{}\n", describe("fans", found));
+    std::fflush(stdout);
+}
+
+}  // namespace
+
+Command add_evaluate(CLI::App& root) {
+    CLI::App* const command = root.add_subcommand(
+        "evaluate", "how far the original points are from the simplified surface");
+    const auto options = std::make_shared<EvaluateOptions>();
+    command->add_option("ORIGINAL", options->original, "a file, folder or glob")
+        ->type_name("")
+        ->required();
+    command->add_option("SIMPLIFIED", options->simplified, "an archive folder, or a file")
+        ->type_name("")
+        ->required();
+    command
+        ->add_option("--surface", options->surface,
+                     "fans: triangles round each point, no mesh, the original is streamed;\n"
+                     "mesh: CGAL's advancing front, in memory, where knap was built with it;\n"
+                     "both: one line each")
+        ->type_name("fans|mesh|both")
+        ->capture_default_str();
+    command->add_option("--threads", options->threads, "threads; 0: one a core")
+        ->type_name("INTEGER");
+    add_progress_options(*command, options->progress);
+    command->footer(
+        "Prints mean, root mean square, 99th percentile and largest distance from the original\n"
+        "points to the surface, over the diagonal of the original's box; for a mesh also the D of\n"
+        "Yang et al. 2015.\n\n"
+        "Example:\n  knap evaluate scan.ply scan_archive");
+    return {command, [options] {
+                const bool fans = options->surface != "mesh";
+                const bool mesh = options->surface != "fans";
+                if ((fans && mesh) != (options->surface == "both")) {
+                    throw ConfigError(fmt::format(
+                        "--surface: expected fans, mesh or both, found \"{}\"", options->surface));
+                }
+                if (options->threads < 0 || options->threads > 1024) {
+                    throw ConfigError(
+                        fmt::format("--threads: expected 0 .. 1024, found {}", options->threads));
+                }
+                if (mesh && !fs::exists(mesh_program())) {
+                    throw ConfigError(
+                        fmt::format("--surface {}: expected {}, which is built where CGAL is "
+                                    "found, found none",
+                                    options->surface, mesh_program().string()));
+                }
+                const std::vector<fs::path> originals = expand_sources({options->original});
+                fmt::print("{}\n", describe_header());
+                std::fflush(stdout);
+                if (fans) {
+                    evaluate_by_fans(*options, originals);
+                }
+                if (mesh) {
+                    run_mesh_program(*options, originals);
+                }
+            }};
+}
+
+}  // namespace knap::app
