@@ -3,6 +3,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -32,6 +33,12 @@ struct EvaluateOptions {
     int threads = 0;
     ProgressOptions progress;
 };
+
+// At once: the other program writes to the same place.
+void print_line(const std::string& line) {
+    fmt::print("{}\n", line);
+    std::fflush(stdout);
+}
 
 /// The program that measures by a mesh lies beside this one: CGAL's licence is another.
 fs::path mesh_program() {
@@ -75,8 +82,8 @@ void evaluate_by_fans(const EvaluateOptions& options, const std::vector<fs::path
         const FanSurface surface(simplified_points(options.simplified));
         return evaluate(originals, surface, thread_count(options.threads), advance);
     });
-    fmt::print("{}\n", describe("fans", found));
-    std::fflush(stdout);
+    print_line(describe_header());
+    print_line(describe("fans", found));
 }
 
 }  // namespace
@@ -124,12 +131,13 @@ Command add_evaluate(CLI::App& root) {
                                     options->surface, mesh_program().string()));
                 }
                 const std::vector<fs::path> originals = expand_sources({options->original});
-                fmt::print("{}\n", describe_header());
-                std::fflush(stdout);
                 if (fans) {
                     evaluate_by_fans(*options, originals);
                 }
                 if (mesh) {
+                    if (!fans) {
+                        print_line(describe_header());
+                    }
                     run_mesh_program(*options, originals);
                 }
             }};
