@@ -85,9 +85,9 @@ TEST_F(Emit, TheBytesAreTheSameFromWhatMergeLeftWithoutTheSources) {
     emit(table_, selection_, drc);
     const TemporaryFolder runs;
     EmitRequest other = request("other");
-    other.kept = write_kept_runs(runs.path(), table_, selection_, points_, 5);
+    other.runs = write_kept_runs(runs.path(), table_, selection_, points_, 5);
     other.output.overwrite = true;
-    drc.kept = other.kept;
+    drc.runs = other.runs;
     drc.output.path = (folder_ / "other.drc").string();
     for (const SourceEntry& source : table_.sources()) {
         fs::remove(source.info.path);

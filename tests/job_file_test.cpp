@@ -49,6 +49,9 @@ step = 0.5
 [range]
 law = "chord"
 alpha = 0.4
+tolerance = 0.5
+ratio = 0.6
+count = 7
 min_factor = 0.1
 max_factor = inf
 [output]
@@ -70,6 +73,9 @@ brick_points = 12345
     EXPECT_EQ(job.curvature.step, 0.5);
     EXPECT_EQ(job.range.law, RangeLawKind::kChord);
     EXPECT_EQ(job.range.alpha, 0.4);
+    EXPECT_EQ(job.range.tolerance, 0.5);
+    EXPECT_EQ(job.range.ratio, 0.6);
+    EXPECT_EQ(job.range.count, 7U);
     EXPECT_EQ(job.range.min_factor, 0.1);
     EXPECT_EQ(job.range.max_factor, HUGE_VAL);
     EXPECT_EQ(job.output.path, "out");
@@ -174,7 +180,10 @@ TEST(Configs, ArchiveHasEveryKeyUnderAComment) {
             dot == std::string::npos ? 0 : text.find("\n[" + key.substr(0, dot) + "]\n");
         ASSERT_NE(section, std::string::npos) << key;
         const std::string name = dot == std::string::npos ? key : key.substr(dot + 1);
-        const std::size_t line = text.find("\n" + name + " = ", section);
+        std::size_t line = text.find("\n" + name + " = ", section);
+        if (line == std::string::npos && parameter.target) {
+            line = text.find("\n# " + name + " = ", section);  // in place of another
+        }
         ASSERT_NE(line, std::string::npos) << key;
         const std::size_t above = text.rfind('\n', line - 1);
         EXPECT_EQ(text[above + 1], '#') << key << " has no comment";

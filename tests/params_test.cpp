@@ -68,13 +68,28 @@ TEST(Params, EveryKeyReachesAFieldOfItsOwn) {
 
 TEST(Params, ARequiredKeyThatIsMissingIsNamed) {
     Job job = valid_job();
-    job.range.alpha = 0;
-    EXPECT_THAT([&] { validate(job); },
-                ThrowsMessage<ConfigError>(
-                    AllOf(HasSubstr("range.alpha (--alpha)"), HasSubstr("found none"))));
-    job = valid_job();
     job.input.clear();
     EXPECT_THAT([&] { validate(job); }, ThrowsMessage<ConfigError>(HasSubstr("input")));
+}
+
+TEST(Params, OneTargetIsGivenAndOnlyOne) {
+    Job job = valid_job();
+    job.range.alpha = 0;
+    EXPECT_THAT([&] { validate(job); },
+                ThrowsMessage<ConfigError>(AllOf(HasSubstr("range.alpha (--alpha)"),
+                                                 HasSubstr("range.count (--count)"),
+                                                 HasSubstr("found none"))));
+    job.range.count = 5;
+    EXPECT_NO_THROW(validate(job));
+    job.range.ratio = 0.5;
+    EXPECT_THAT([&] { validate(job); },
+                ThrowsMessage<ConfigError>(HasSubstr("found --ratio and --count")));
+    job.range = {.tolerance = 0.1};
+    EXPECT_THAT([&] { validate(job); }, ThrowsMessage<ConfigError>(HasSubstr("quadric")));
+    job.curvature.estimator = Estimator::kQuadric;
+    EXPECT_NO_THROW(validate(job));
+    job.range.tolerance = -1;
+    EXPECT_THAT([&] { validate(job); }, ThrowsMessage<ConfigError>(HasSubstr("range.tolerance")));
 }
 
 TEST(Params, ANumberOutsideItsRangeIsNamedWithRangeAndValue) {

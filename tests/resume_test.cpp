@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <random>
 #include <set>
@@ -122,6 +123,36 @@ TEST_F(Resume, AProcessKilledAtAnyMomentGoesOnToTheSameBytes) {
         ASSERT_EQ(result() == expected, true) << "killed after " << moment.count() << " us";
     }
     EXPECT_GT(killed, 0) << "the moments lie within the run";
+}
+
+TEST_F(Resume, ASearchForAlphaGoesOnToTheSameBytes) {
+    // Smooth here and rough there, so that a sample foretells the count badly.
+    std::mt19937_64 random(3);
+    std::uniform_real_distribution<double> unit(0, 1);
+    std::vector<Vec3> cloud(250000);
+    for (Vec3& p : cloud) {
+        p.x = unit(random);
+        p.y = unit(random);
+        p.z = p.x > 0.4 && p.y > 0.3 ? 0.02 * std::sin(70 * p.x) * std::cos(60 * p.y) : 0;
+    }
+    test::write_ply(folder_ / "in.ply", cloud, true);
+    job_.input = {(folder_ / "in.ply").string()};
+    job_.range.alpha = 0;
+    job_.range.count = 30000;
+    job_.resources.brick_points = 20000;
+    Stopper counted(kNever);
+    const Report whole = run(job_, counted);
+    EXPECT_NEAR(static_cast<double>(whole.counts.kept), 30000, 300);
+    const std::string expected = result();
+    int attempts = 0;
+    for (int calls : {10, 30, 50}) {
+        stop_in(job_, "merge", calls);
+        const std::string journal = test::read_bytes(scratch() / "journal");
+        attempts += journal.find(" attempt\t") != std::string::npos ? 1 : 0;
+        run_whole();
+        EXPECT_EQ(result() == expected, true) << "stopped at call " << calls;
+    }
+    EXPECT_GT(attempts, 0) << "some were stopped after a first attempt";
 }
 
 TEST_F(Resume, DoesNotDoAgainWhatIsDone) {

@@ -58,6 +58,30 @@ TEST(Run, EqualsTheBruteForceReferenceForAnyBrickSize) {
     }
 }
 
+TEST(Run, ACountIsMetWithTheSamePointsForAnyCut) {
+    const test::TemporaryFolder folder;
+    const std::vector<Vec3> cloud = test::sphere_cloud(20000, 9);
+    test::write_ply(folder / "in.ply", cloud);
+    SimplifyParams params;
+    params.range.count = 3000;
+    const SimplifyResult expected = simplify(cloud, params);
+    EXPECT_NEAR(static_cast<double>(expected.counts.kept), 3000, 30);
+    std::string bytes;
+    for (const std::uint64_t brick_points : {200U, 1500U, 100000U}) {
+        for (const int threads : {1, 3}) {
+            params.threads = threads;
+            Job job = job_for(folder, "in.ply", params);
+            job.resources.brick_points = brick_points;
+            const Report report = run_silently(job);
+            EXPECT_EQ(test::read_ids(folder / "ids"), expected.kept);
+            EXPECT_EQ(report.alpha, expected.alpha);
+            const std::string found = test::archive_bytes(folder / "out");
+            EXPECT_TRUE(bytes.empty() || found == bytes);
+            bytes = found;
+        }
+    }
+}
+
 TEST(Run, EqualsTheBruteForceReferenceOnTheDragon) {
     const test::TemporaryFolder folder;
     const std::filesystem::path dragon = test::shared_file("scans/dragon_vrip.ply.gz", folder);

@@ -33,6 +33,7 @@ struct StageReport {
 struct Report {
     Counts counts;
     double spacing = 0;         ///< mean distance to the nearest other point, cloud units
+    double alpha = 0;           ///< range at mean curvature, given or found, cloud units
     double mean_curvature = 0;  ///< mean |H| over all counted points, 1 / cloud unit
     Box box;                    ///< of the finite input points
     std::uint64_t sources = 0;

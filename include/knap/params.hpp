@@ -35,7 +35,13 @@ struct CurvatureParams {
 /// Which neighbours of a kept point it stands for.
 struct RangeParams {
     RangeLawKind law = RangeLawKind::kReciprocal;
-    double alpha = 0.0;           ///< range at mean curvature, cloud units, > 0
+    /// Range at mean curvature, cloud units, > 0; or 0, and it follows from one of the next three.
+    double alpha = 0.0;
+    /// Distance by which the surface may move, cloud units, > 0: the chord law with
+    /// alpha = sqrt(2 tolerance / Hm). Needs a curvature that is true to scale.
+    double tolerance = 0;
+    double ratio = 0;             ///< kept / input points, within 1 %, (0, 1]
+    std::uint64_t count = 0;      ///< points to keep, within 1 %
     double min_factor = 1.0 / 3;  ///< smallest range / alpha, (0, 1]
     double max_factor = 8.0;      ///< largest range / alpha, >= 1, may be infinite
 };
@@ -101,6 +107,7 @@ struct Parameter {
     double high = std::numeric_limits<double>::infinity();  ///< numbers: largest allowed value
     bool low_open = false;                                  ///< `low` itself is not allowed
     bool required = false;                                  ///< has no usable default
+    bool target = false;     ///< one of those so marked is given, and only one
     bool in_result = false;  ///< changes the result, so it is part of the manifest
     ParameterField (*field)(Job&) = nullptr;
 };

@@ -20,6 +20,7 @@ struct SimplifyResult {
     Counts counts;
     double spacing = 0;         ///< mean distance to the nearest other point, cloud units
     double mean_curvature = 0;  ///< mean |H|, 1 / cloud unit
+    double alpha = 0;           ///< range at mean curvature, given or found, cloud units
 };
 
 /// Feature-preserving simplification of a cloud in memory: the out-of-core code with one brick.

@@ -52,6 +52,7 @@ void run_mesh_program(const EvaluateOptions& options, const std::vector<fs::path
         arguments.push_back(original.string());
     }
     std::vector<char*> argv;
+    argv.reserve(arguments.size() + 1);
     for (std::string& argument : arguments) {
         argv.push_back(argument.data());
     }

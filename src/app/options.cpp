@@ -39,6 +39,8 @@ std::string description(const Parameter& parameter) {
     facts += parameter.range;
     if (parameter.required) {
         facts += "; required";
+    } else if (parameter.target) {
+        facts += "; one of --alpha, --tolerance, --ratio, --count is required";
     } else if (!value.empty()) {
         facts += fmt::format("; default {}", value);
     }

@@ -60,6 +60,7 @@ std::string format_summary(const Report& report, double seconds) {
     text += row("extent", format_extent(report.box));
     text += row("mean spacing", fmt::format("{:.6g} cloud units", report.spacing));
     text += row("mean |H|", fmt::format("{:.6g} / cloud unit", report.mean_curvature));
+    text += row("alpha", fmt::format("{:.6g} cloud units", report.alpha));
     text += row("sources", format_count(report.sources));
     text += row("bricks", fmt::format("{}, {} stragglers", format_count(report.bricks),
                                       format_count(report.stragglers)));

@@ -86,9 +86,40 @@ constexpr std::array kParameters{
               .low = 0,
               .high = std::numeric_limits<double>::max(),
               .low_open = true,
-              .required = true,
+              .target = true,
               .in_result = true,
               .field = [](Job& job) -> ParameterField { return &job.range.alpha; }},
+    Parameter{.key = "range.tolerance",
+              .flag = "--tolerance",
+              .unit = "cloud units",
+              .range = "> 0, finite",
+              .help = "instead of alpha: distance by which the surface may move (chord law)",
+              .low = 0,
+              .high = std::numeric_limits<double>::max(),
+              .low_open = true,
+              .target = true,
+              .in_result = true,
+              .field = [](Job& job) -> ParameterField { return &job.range.tolerance; }},
+    Parameter{.key = "range.ratio",
+              .flag = "--ratio",
+              .unit = "",
+              .range = "> 0, <= 1",
+              .help = "instead of alpha: share of the input points to keep, within 1 %",
+              .low = 0,
+              .high = 1,
+              .low_open = true,
+              .target = true,
+              .in_result = true,
+              .field = [](Job& job) -> ParameterField { return &job.range.ratio; }},
+    Parameter{.key = "range.count",
+              .flag = "--count",
+              .unit = "points",
+              .range = ">= 1",
+              .help = "instead of alpha: number of points to keep, within 1 %",
+              .low = 1,
+              .target = true,
+              .in_result = true,
+              .field = [](Job& job) -> ParameterField { return &job.range.count; }},
     Parameter{.key = "range.min_factor",
               .flag = "--min-factor",
               .unit = "",
@@ -266,12 +297,33 @@ void validate(const Parameter& parameter, const Job& job) {
 
 void validate(const Job& job) {
     Job copy = job;
+    std::vector<std::string> targets;
+    std::vector<std::string> given;
     for (const Parameter& parameter : kParameters) {
-        if (parameter.required && is_missing(parameter.field(copy))) {
+        const bool missing = is_missing(parameter.field(copy));
+        if (parameter.required && missing) {
             throw ConfigError(fmt::format("{} ({}): expected {}, found none", parameter.key,
                                           parameter.flag, parameter.range));
         }
+        if (parameter.target) {
+            targets.push_back(fmt::format("{} ({})", parameter.key, parameter.flag));
+            if (missing) {
+                continue;
+            }
+            given.emplace_back(parameter.flag);
+        }
         validate(parameter, job);
+    }
+    if (given.size() != 1) {
+        throw ConfigError(
+            fmt::format("expected one of {}, found {}", fmt::join(targets, ", "),
+                        given.empty() ? "none" : fmt::format("{}", fmt::join(given, " and "))));
+    }
+    if (job.range.tolerance > 0 && job.curvature.estimator != Estimator::kQuadric) {
+        throw ConfigError(
+            "range.tolerance (--tolerance): expected curvature.estimator = quadric, whose "
+            "curvature "
+            "is true to scale, found fourier");
     }
 }
 

@@ -279,7 +279,7 @@ std::uint64_t emit_memory_bytes(std::uint64_t kept, const OutputParams& output) 
 
 EmitResult emit(const SourceTable& sources, const Selection& selection,
                 const EmitRequest& request) {
-    const KeptPoints kept{sources, selection, request.kept, request.note};
+    const KeptPoints kept{sources, selection, request.runs, request.note};
     switch (output_kind(request.output.path)) {
         case OutputKind::kArchive:
             return emit_archive(kept, request);

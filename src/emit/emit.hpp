@@ -7,7 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include "emit/kept_points.hpp"
 #include "emit/tile_log.hpp"
 #include "knap/job.hpp"
 #include "knap/params.hpp"
@@ -26,8 +25,8 @@ struct EmitRequest {
     std::uint64_t memory_bytes = 0;  ///< that emit may use; does not change the result
     int threads = 1;                 ///< >= 1; does not change the result
     std::filesystem::path scratch;   ///< exists; for kept points that the memory does not hold
-    std::vector<KeptRun> kept = {};  ///< together every kept point once; none: only the sources
-    TileLog tiles = {};              ///< of an archive that an earlier run began
+    std::vector<std::filesystem::path> runs = {};  ///< as KeptPoints has them
+    TileLog tiles = {};                            ///< of an archive that an earlier run began
     /// Told input points done with, one call at a time.
     std::function<void(std::uint64_t)> advance = [](std::uint64_t) {};
     /// Told how many bytes of scratch a new file takes, or one that is gone gave back.

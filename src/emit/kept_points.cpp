@@ -136,63 +136,61 @@ bool next_of(RunReader& reader, std::vector<RankedPoint>& block) {
     }
 }
 
-/// Hands over one run.
-/// @param place  of its first point
-void read_run(const KeptPoints& kept, const KeptRun& run, std::uint64_t place, const TakeKept& take,
+/// Hands over the kept points of one run.
+/// @param next_place  of all runs
+void read_run(const KeptPoints& kept, const std::filesystem::path& run,
+              std::atomic<std::uint64_t>& next_place, const TakeKept& take,
               const std::function<void(std::uint64_t)>& advance) {
-    const auto check = [&](bool good) {
-        if (!good) {
-            throw DamagedRun(
-                fmt::format("{}: scratch file is damaged: expected {} kept points of the selection",
-                            run.path.string(), run.points));
-        }
-    };
-    RunReader reader(run.path, kept.sources);
+    RunReader reader(run, kept.sources);
     std::vector<PointId> ids;
     std::vector<Vec3> positions;
-    std::uint64_t left = run.points;
     for (std::vector<RankedPoint> block; next_of(reader, block);) {
-        check(block.size() <= left);
-        left -= block.size();
         ids.clear();
         positions.clear();
         for (const RankedPoint& point : block) {
-            check(point.id < kept.selection.size() && kept.selection.test(point.id));
-            ids.push_back(point.id);
-            positions.push_back(point.position);
+            if (point.id < kept.selection.size() && kept.selection.test(point.id)) {
+                ids.push_back(point.id);
+                positions.push_back(point.position);
+            }
         }
-        take(place, ids, positions);
-        place += ids.size();
-        advance(ids.size());
+        const std::uint64_t place = next_place.fetch_add(ids.size());
+        if (place + ids.size() > kept.selection.count()) {
+            throw DamagedRun(
+                fmt::format("{}: scratch file is damaged: expected each kept point "
+                            "once in all runs, found more",
+                            run.string()));
+        }
+        if (!ids.empty()) {
+            take(place, ids, positions);
+            advance(ids.size());
+        }
     }
-    check(left == 0);
 }
 
 void read_from_runs(const KeptPoints& kept, int workers, const TakeKept& take,
                     const std::function<void(std::uint64_t)>& advance) {
-    std::vector<std::uint64_t> places;
-    std::uint64_t place = 0;
-    for (const KeptRun& run : kept.runs) {
-        places.push_back(place);
-        place += run.points;
-    }
+    std::atomic<std::uint64_t> next_place = 0;
     std::mutex mutex;
     std::uint64_t taken = 0;
     std::uint64_t told = 0;
     const auto advance_inputs = [&](std::uint64_t points) {
         const std::scoped_lock lock(mutex);
         taken += points;
-        const double share = static_cast<double>(taken) / static_cast<double>(place);
+        const double share =
+            static_cast<double>(taken) / static_cast<double>(kept.selection.count());
         const auto now =
             static_cast<std::uint64_t>(share * static_cast<double>(kept.sources.points()));
         advance(now - told);
         told = now;
     };
     run_tasks(kept.runs.size(), workers, [&](std::size_t i, std::size_t) {
-        if (kept.runs[i].points > 0) {
-            read_run(kept, kept.runs[i], places[i], take, advance_inputs);
-        }
+        read_run(kept, kept.runs[i], next_place, take, advance_inputs);
     });
+    if (next_place != kept.selection.count()) {
+        throw DamagedRun(fmt::format("{} and other runs: expected {} kept points, found {}",
+                                     kept.runs.front().string(), kept.selection.count(),
+                                     next_place.load()));
+    }
 }
 
 }  // namespace

@@ -12,17 +12,13 @@
 
 namespace knap {
 
-/// Kept points on disk, as merge left them: a ranked run.
-struct KeptRun {
-    std::filesystem::path path;
-    std::uint64_t points = 0;
-};
-
 /// The kept points, and where they can be read.
 struct KeptPoints {
     const SourceTable& sources;
-    const Selection& selection;     ///< finished, of sources.points() ids
-    std::span<const KeptRun> runs;  ///< together every kept point once; none: only the sources
+    const Selection& selection;  ///< finished, of sources.points() ids
+    /// Ranked runs that together hold every kept point once, and others or not; none: only the
+    /// sources.
+    std::span<const std::filesystem::path> runs;
     /// Told that a run cannot be read, and why.
     std::function<void(const std::string&)> note = [](const std::string&) {};
 };

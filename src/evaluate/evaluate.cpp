@@ -49,6 +49,7 @@ std::vector<Vec3> simplified_points(const std::filesystem::path& path) {
 Evaluation evaluate(const std::vector<std::filesystem::path>& originals, const Surface& surface,
                     int threads, const std::function<void(std::uint64_t)>& advance) {
     std::vector<SourceInfo> infos;
+    infos.reserve(originals.size());
     for (const std::filesystem::path& path : originals) {
         infos.push_back(open_source(path)->info());
     }

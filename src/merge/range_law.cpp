@@ -5,6 +5,16 @@
 
 namespace knap {
 
+RangeParams with_alpha(const RangeParams& range, double mean_curvature) {
+    RangeParams result = range;
+    if (range.tolerance > 0) {
+        result.law = RangeLawKind::kChord;
+        // A cloud without curvature: its largest range is then infinite, whatever the factor.
+        result.alpha = std::sqrt(2 * range.tolerance / mean_curvature);
+    }
+    return result;
+}
+
 double RangeLaw::of(double curvature) const {
     const double smallest = range_.alpha * range_.min_factor;
     const double largest = range_.alpha * range_.max_factor;

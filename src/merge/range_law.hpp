@@ -4,6 +4,10 @@
 
 namespace knap {
 
+/// What a job says of ranges, with the alpha that follows from a tolerance.
+/// @param mean_curvature  of the archive, 1 / cloud unit, >= 0
+RangeParams with_alpha(const RangeParams& range, double mean_curvature);
+
 /// The radius that a point stands for, from its curvature (method section 3). It never grows with
 /// the curvature, so that ranges never decrease along the method's order.
 class RangeLaw {

@@ -4,6 +4,7 @@
 #include <system_error>
 #include <utility>
 
+#include "knap/error.hpp"
 #include "store/ranked_run.hpp"
 
 namespace knap {
@@ -57,15 +58,33 @@ MergeFiles::keeper() {
 
 std::unique_ptr<RankedStream> MergeFiles::keep(std::size_t brick, std::span<const RankedPoint> kept,
                                                const std::vector<RankedPoint>& open) {
-    std::uint64_t bytes = write_run(kept_path(brick), table_, kept);
-    if (!open.empty()) {
-        bytes += write_run(open_path(brick), table_, open, block_points());
-    }
+    const std::uint64_t bytes = write_run(kept_path(brick), table_, kept);
+    std::unique_ptr<RankedStream> left = put_away(brick, open);
     const std::scoped_lock lock(mutex_);
     scratch_.grew_by(static_cast<std::int64_t>(bytes));
     log_.record(kMerge, number_name(brick), {{"kept", kept.size()}, {"open", open.size()}});
     remove_runs(brick);
-    return open.empty() ? nullptr : std::make_unique<RunReader>(open_path(brick), table_);
+    return left;
+}
+
+std::function<std::unique_ptr<RankedStream>(std::size_t, std::span<const RankedPoint>,
+                                            std::vector<RankedPoint>)>
+MergeFiles::attempt_keeper() {
+    return [this](std::size_t brick, std::span<const RankedPoint> /*kept*/,
+                  const std::vector<RankedPoint>& open) {
+        remove(open_path(brick));
+        return put_away(brick, open);
+    };
+}
+
+std::unique_ptr<RankedStream> MergeFiles::put_away(std::size_t brick,
+                                                   const std::vector<RankedPoint>& open) {
+    if (open.empty()) {
+        return nullptr;
+    }
+    scratch_.grew_by(
+        static_cast<std::int64_t>(write_run(open_path(brick), table_, open, block_points())));
+    return std::make_unique<RunReader>(open_path(brick), table_);
 }
 
 SettledPart MergeFiles::load(std::size_t brick, std::uint64_t open_points) const {
@@ -110,15 +129,35 @@ void MergeFiles::remove_undecided() {
     }
 }
 
-std::vector<KeptRun> MergeFiles::kept_runs(std::uint64_t kept) const {
-    std::vector<KeptRun> runs;
+std::vector<fs::path> MergeFiles::kept_runs() const {
+    std::vector<fs::path> runs{walked_path()};
     for (std::size_t i = 0; i < bricks_.size(); ++i) {
-        const std::uint64_t points = log_.find(kMerge, number_name(i))->at("kept");
-        runs.push_back({kept_path(i), points});
-        kept -= points;
+        runs.push_back(kept_path(i));
     }
-    runs.push_back({walked_path(), kept});
     return runs;
+}
+
+std::vector<fs::path> MergeFiles::ranked_runs() const {
+    std::vector<fs::path> runs;
+    for (const RankedFiles& brick : bricks_) {
+        runs.insert(runs.end(), brick.runs.begin(), brick.runs.end());
+    }
+    return runs;
+}
+
+std::vector<RankedPoint> MergeFiles::ranked_points(std::size_t brick) const {
+    std::vector<RankedPoint> points;
+    try {
+        for (const fs::path& run : bricks_[brick].runs) {
+            const std::vector<RankedPoint> some = read_run(run);
+            points.insert(points.end(), some.begin(), some.end());
+        }
+    } catch (const StorageError& error) {
+        return remake_(brick, error.what());
+    }
+    std::sort(points.begin(), points.end(),
+              [](const RankedPoint& a, const RankedPoint& b) { return ranks_before(a, b); });
+    return points;
 }
 
 fs::path MergeFiles::kept_path(std::size_t brick) const {

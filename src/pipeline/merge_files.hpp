@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "base/scratch.hpp"
-#include "emit/kept_points.hpp"
 #include "merge/merge.hpp"
 #include "pipeline/job_log.hpp"
 #include "rank/rank.hpp"
@@ -39,6 +38,11 @@ class MergeFiles {
                                                 std::vector<RankedPoint>)>
     keeper();
 
+    /// The same for an attempt that may not be the last: nothing is recorded, and the runs stay.
+    std::function<std::unique_ptr<RankedStream>(std::size_t, std::span<const RankedPoint>,
+                                                std::vector<RankedPoint>)>
+    attempt_keeper();
+
     /// For MergeRequest::on_walked.
     std::function<void(std::span<const RankedPoint>)> walk_keeper();
 
@@ -48,14 +52,20 @@ class MergeFiles {
     /// Once the selection is safe: what it was made from, the kept points excepted.
     void remove_undecided();
 
-    /// The kept points of the whole archive.
-    /// @param kept  how many there are
-    std::vector<KeptRun> kept_runs(std::uint64_t kept) const;
+    /// The kept points of the whole archive, as runs.
+    std::vector<std::filesystem::path> kept_runs() const;
+
+    /// All points of the archive, as runs; while nothing was kept by keeper().
+    std::vector<std::filesystem::path> ranked_runs() const;
+
+    /// The points of a brick, in the method's order.
+    std::vector<RankedPoint> ranked_points(std::size_t brick) const;
 
   private:
     SettledPart load(std::size_t brick, std::uint64_t open_points) const;
     std::unique_ptr<RankedStream> keep(std::size_t brick, std::span<const RankedPoint> kept,
                                        const std::vector<RankedPoint>& open);
+    std::unique_ptr<RankedStream> put_away(std::size_t brick, const std::vector<RankedPoint>& open);
     std::vector<RankedPoint> read_run(const std::filesystem::path& path) const;
     std::filesystem::path kept_path(std::size_t brick) const;
     std::filesystem::path open_path(std::size_t brick) const;

@@ -15,12 +15,11 @@
 #include "emit/output_folder.hpp"
 #include "knap/error.hpp"
 #include "knap/job.hpp"
-#include "merge/merge.hpp"
 #include "pipeline/brick_maker.hpp"
 #include "pipeline/forecast.hpp"
 #include "pipeline/identity.hpp"
 #include "pipeline/job_log.hpp"
-#include "pipeline/merge_files.hpp"
+#include "pipeline/merge_stage.hpp"
 #include "pipeline/rank_log.hpp"
 #include "pipeline/sources.hpp"
 #include "pipeline/stage_clock.hpp"
@@ -44,7 +43,6 @@ constexpr const char* kJournal = "journal";
 constexpr const char* kSurveyFile = "survey";
 constexpr const char* kPlanFile = "plan";
 constexpr const char* kScatterFile = "scatter";
-constexpr const char* kSelectionFile = "selection";
 
 /// The stages of one job, each a value from the value before. What they leave on disk is named in
 /// the journal before the next one needs it, and what the journal names is not made again.
@@ -73,8 +71,17 @@ class Pipeline {
                              [&](std::size_t brick, const std::string& why) {
                                  return maker.rank(brick, ranked.spacing, why);
                              });
-            const MergeResult merged = merge_all(bricks.table, ranked, files);
-            Report report = emit_all(bricks.table, ranked, merged, files);
+            const Merged merged = clock_.time("merge", ranked.points, [&](const auto& advance) {
+                return merge_archive({.range = job_.range,
+                                      .table = bricks.table,
+                                      .ranked = ranked,
+                                      .files = files,
+                                      .scratch = scratch_,
+                                      .log = log_,
+                                      .budget_bytes = beside_selection(bricks.table)},
+                                     advance);
+            });
+            Report report = emit_all(bricks.table, ranked, merged);
             scratch_.keep(false);
             return report;
         } catch (const ConfigError&) {
@@ -291,61 +298,34 @@ class Pipeline {
                            [&](const auto& advance) { return ranking.rank(spacing, advance); });
     }
 
-    MergeResult merge_all(const SourceTable& table, const RankResult& ranked, MergeFiles& files) {
-        const fs::path file = scratch_.path() / kSelectionFile;
-        MergeResult merged = clock_.time("merge", ranked.points, [&](const auto& advance) {
-            if (const Json* before = log_.find("merge", kSelectionFile)) {
-                advance(ranked.points);
-                return MergeResult{Selection::load(file), before->at("kept"),
-                                   before->at("represented")};
-            }
-            return merge(files.parts(),
-                         {.range = job_.range,
-                          .mean_curvature = ranked.mean_curvature,
-                          .points = table.points(),
-                          .box = table.box(),
-                          .budget_bytes = beside_selection(table),
-                          .on_settled = files.keeper(),
-                          .on_walked = files.walk_keeper()},
-                         advance);
-        });
-        if (log_.find("merge", kSelectionFile) == nullptr) {
-            files.finish_walk();
-            merged.selection.save(file);
-            scratch_.grew_by(static_cast<std::int64_t>(fs::file_size(file)));
-            log_.record("merge", kSelectionFile,
-                        {{"kept", merged.kept}, {"represented", merged.represented}});
-        }
-        files.remove_undecided();
-        return merged;
-    }
-
     std::uint64_t beside_selection(const SourceTable& table) const {
         return budgets_.stage - std::min(budgets_.stage, Selection::memory_bytes(table.points()));
     }
 
-    Report emit_all(const SourceTable& table, const RankResult& ranked, const MergeResult& merged,
-                    const MergeFiles& files) {
+    Report emit_all(const SourceTable& table, const RankResult& ranked, const Merged& merged) {
+        const Selection& selection = merged.result.selection;
         Report report;
         report.counts = {.in = table.points(),
-                         .kept = merged.kept,
-                         .represented = merged.represented,
+                         .kept = merged.result.kept,
+                         .represented = merged.result.represented,
                          .merged = ranked.merged,
                          .rejected = table.rejected()};
+        Job done = job_;
+        done.range.alpha = merged.alpha;
         // All that can fail for want of room comes before the output has its name.
         const std::unique_ptr<AtomicFile> ids =
-            job_.output.ids.empty() ? nullptr : write_ids(job_.output.ids, merged.selection);
+            job_.output.ids.empty() ? nullptr : write_ids(job_.output.ids, selection);
         const EmitResult emitted = clock_.time("emit", table.points(), [&](const auto& advance) {
-            return emit(table, merged.selection,
+            return emit(table, selection,
                         {.counts = report.counts,
                          .spacing = ranked.spacing,
                          .mean_curvature = ranked.mean_curvature,
-                         .parameters = result_parameters(job_),
+                         .parameters = result_parameters(done),
                          .output = job_.output,
                          .memory_bytes = beside_selection(table),
                          .threads = threads_,
                          .scratch = scratch_.path(),
-                         .kept = files.kept_runs(merged.kept),
+                         .runs = merged.runs,
                          .tiles = {.done = read_tiles(log_),
                                    .on_tile =
                                        [&](std::size_t number, const ManifestTile& tile) {
@@ -360,6 +340,7 @@ class Pipeline {
         }
         report.spacing = ranked.spacing;
         report.mean_curvature = ranked.mean_curvature;
+        report.alpha = merged.alpha;
         report.box = table.box();
         report.sources = table.sources().size();
         report.bricks = ranked.bricks.size();

@@ -1,13 +1,16 @@
 #include "knap/simplify.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <limits>
 #include <memory>
 #include <utility>
 
 #include "base/extent.hpp"
 #include "base/threads.hpp"
+#include "merge/alpha_search.hpp"
 #include "merge/merge.hpp"
+#include "merge/range_law.hpp"
 #include "rank/brick_blocks.hpp"
 #include "rank/curvature_pass.hpp"
 #include "rank/spacing.hpp"
@@ -32,6 +35,49 @@ BrickPoints whole_cloud(std::span<const Vec3> points, Box& box) {
     }
     brick.core_count = brick.ids.size();
     return brick;
+}
+
+MergeResult merge_all(std::vector<RankedPoint> order, const RangeParams& range,
+                      const SimplifyResult& of, const Box& box) {
+    std::vector<RankedPart> parts(1);
+    parts[0].box = box;
+    parts[0].points = order.size();
+    parts[0].runs.push_back(std::make_unique<RunInMemory>(std::move(order)));
+    MergeRequest request;
+    request.range = range;
+    request.mean_curvature = of.mean_curvature;
+    request.points = of.counts.in;
+    request.box = box;
+    request.budget_bytes = kNoLimit;
+    return merge(std::move(parts), request, [](std::uint64_t) {});
+}
+
+// Merges once, or until alpha is found.
+MergeResult mark(const std::vector<RankedPoint>& order, const RangeParams& asked,
+                 SimplifyResult& of, const Box& box) {
+    RangeParams range = with_alpha(asked, of.mean_curvature);
+    of.alpha = range.alpha;
+    const std::uint64_t wanted = wanted_points(asked, of.counts.in);
+    if (wanted == 0) {
+        return merge_all(order, range, of, box);
+    }
+    std::vector<RankedPoint> sample;
+    const SampleCells cells(order.size(), of.spacing);
+    std::copy_if(order.begin(), order.end(), std::back_inserter(sample),
+                 [&](const RankedPoint& p) { return cells.contains(p.position); });
+    AlphaSearch search({.range = asked,
+                        .mean_curvature = of.mean_curvature,
+                        .spacing = of.spacing,
+                        .points = order.size(),
+                        .wanted = wanted},
+                       std::move(sample));
+    while (true) {
+        range.alpha = of.alpha = search.next();
+        MergeResult merged = merge_all(order, range, of, box);
+        if (search.told(merged.kept)) {
+            return merged;
+        }
+    }
 }
 
 }  // namespace
@@ -71,17 +117,7 @@ SimplifyResult simplify(std::span<const Vec3> points, const SimplifyParams& para
     result.mean_curvature =
         counted == 0 ? 0 : ranked.curvature_sum.value() / static_cast<double>(counted);
 
-    std::vector<RankedPart> parts(1);
-    parts[0].box = box;
-    parts[0].points = counted;
-    parts[0].runs.push_back(std::make_unique<RunInMemory>(std::move(order)));
-    const MergeResult merged = merge(std::move(parts),
-                                     {.range = params.range,
-                                      .mean_curvature = result.mean_curvature,
-                                      .points = points.size(),
-                                      .box = box,
-                                      .budget_bytes = kNoLimit},
-                                     [](std::uint64_t) {});
+    const MergeResult merged = mark(order, params.range, result, box);
     result.counts.kept = merged.kept;
     result.counts.represented = merged.represented;
     result.kept.reserve(merged.kept);

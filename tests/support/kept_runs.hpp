@@ -6,15 +6,17 @@
 #include <string>
 #include <vector>
 
-#include "emit/kept_points.hpp"
 #include "store/ranked_run.hpp"
+#include "store/selection.hpp"
 
 namespace knap::test {
 
 /// The points of a selection as merge leaves them: dealt out to runs, with random keys.
-inline std::vector<KeptRun> write_kept_runs(const std::filesystem::path& folder,
-                                            const SourceTable& table, const Selection& selection,
-                                            const std::vector<Vec3>& points, std::size_t count) {
+inline std::vector<std::filesystem::path> write_kept_runs(const std::filesystem::path& folder,
+                                                          const SourceTable& table,
+                                                          const Selection& selection,
+                                                          const std::vector<Vec3>& points,
+                                                          std::size_t count) {
     std::mt19937_64 random(count);
     std::vector<std::vector<RankedPoint>> parts(count);
     for (PointId id = 0; id < points.size(); ++id) {
@@ -23,12 +25,12 @@ inline std::vector<KeptRun> write_kept_runs(const std::filesystem::path& folder,
                 {static_cast<double>(random() % 1000), id, points[id]});
         }
     }
-    std::vector<KeptRun> runs;
+    std::vector<std::filesystem::path> runs;
     for (std::vector<RankedPoint>& part : parts) {
         std::sort(part.begin(), part.end(),
                   [](const RankedPoint& a, const RankedPoint& b) { return ranks_before(a, b); });
-        runs.push_back({folder / (std::to_string(runs.size()) + ".kept"), part.size()});
-        write_run(runs.back().path, table, part);
+        runs.push_back(folder / (std::to_string(runs.size()) + ".kept"));
+        write_run(runs.back(), table, part);
     }
     return runs;
 }

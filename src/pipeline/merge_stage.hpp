@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <vector>
+
+#include "merge/merge.hpp"
+#include "pipeline/job_log.hpp"
+#include "pipeline/merge_files.hpp"
+#include "rank/rank.hpp"
+#include "store/source_table.hpp"
+
+namespace knap {
+
+/// What is kept of an archive, and the alpha that did it.
+struct Merged {
+    MergeResult result;
+    double alpha = 0;  ///< cloud units
+    /// Ranked runs that hold every kept point.
+    std::vector<std::filesystem::path> runs;
+};
+
+/// What the stage is given; references must outlive it.
+struct MergeStage {
+    const RangeParams& range;
+    const SourceTable& table;
+    const RankResult& ranked;
+    MergeFiles& files;
+    ScratchFolder& scratch;
+    JobLog& log;
+    std::uint64_t budget_bytes = 0;
+};
+
+/// Marks ranges over the archive; where a number of points is wanted, as often as it takes to find
+/// the alpha for it. What is done is in the log, and is not done again.
+/// @param advance  told the points that were decided; each counts once
+Merged merge_archive(const MergeStage& stage, const std::function<void(std::uint64_t)>& advance);
+
+}  // namespace knap
