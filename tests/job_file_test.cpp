@@ -158,7 +158,7 @@ TEST_F(JobFile, AMissingFileIsNamed) {
 }
 
 TEST(Configs, EachParsesAndIsValid) {
-    for (const char* name : {"quickstart.toml", "paper.toml", "archive.toml"}) {
+    for (const char* name : {"quickstart.toml", "paper.toml", "accurate.toml", "archive.toml"}) {
         Job job;
         ASSERT_NO_THROW(job = read_job_file(std::filesystem::path(KNAP_CONFIGS) / name)) << name;
         EXPECT_NO_THROW(validate(job)) << name;
@@ -169,6 +169,21 @@ TEST(Configs, PaperHasNoUpperBound) {
     const Job job = read_job_file(std::filesystem::path(KNAP_CONFIGS) / "paper.toml");
     EXPECT_EQ(job.range.max_factor, HUGE_VAL);
     EXPECT_EQ(job.range.min_factor, 1.0 / 3);
+}
+
+TEST(Configs, SayWhatTheirPresetsDo) {
+    for (const std::string name : {"paper", "accurate"}) {
+        const Job job = read_job_file(std::filesystem::path(KNAP_CONFIGS) / (name + ".toml"));
+        Job preset;
+        apply_preset(preset, name);
+        for (const Parameter& parameter : parameters()) {
+            if (!parameter.target &&
+                (parameter.key.starts_with("curvature.") || parameter.key.starts_with("range."))) {
+                EXPECT_EQ(format_value(parameter, job), format_value(parameter, preset))
+                    << name << ": " << parameter.key;
+            }
+        }
+    }
 }
 
 TEST(Configs, ArchiveHasEveryKeyUnderAComment) {

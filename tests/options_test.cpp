@@ -92,6 +92,21 @@ TEST(JobOptions, EveryParameterHasItsFlag) {
     EXPECT_EQ(job.resources.memory_bytes, std::uint64_t{1} << 30);
 }
 
+TEST(JobOptions, APresetIsWhatOtherFlagsChange) {
+    const Job job = simplify_job({"--neighbours", "25", "--preset", "accurate", "--alpha", "2"});
+    EXPECT_EQ(job.curvature.estimator, Estimator::kQuadric);
+    EXPECT_EQ(job.curvature.neighbours, 25);
+    EXPECT_EQ(job.range.law, RangeLawKind::kChord);
+    EXPECT_EQ(job.range.max_factor, 3);
+    EXPECT_EQ(job.range.alpha, 2);
+    EXPECT_EQ(simplify_job({"--preset", "paper"}).range.max_factor, HUGE_VAL);
+    EXPECT_THAT(
+        [] {
+            simplify_job({"--preset", "best"});
+        },
+        ThrowsMessage<ConfigError>(HasSubstr("--preset: expected paper or accurate")));
+}
+
 TEST(JobOptions, WithoutFlagsAJobIsTheDefaults) {
     const Job job = simplify_job({});
     for (const Parameter& parameter : parameters()) {

@@ -75,6 +75,11 @@ struct Job {
     bool restart = false;
 };
 
+/// Sets curvature and range, all but the target, to what a name stands for: "paper" is the method
+/// as published; "accurate" comes closest to the surface, see docs/quality.md.
+/// @throws ConfigError if there is no such preset
+void apply_preset(Job& job, std::string_view name);
+
 /// A size, which takes suffixes KiB, MiB, GiB, TiB.
 struct Bytes {
     std::uint64_t* value;

@@ -100,6 +100,11 @@ JobOptions::JobOptions(CLI::App& command, Input input)
                       "throw away what an unfinished run of the same output left")
             ->group("Unfinished runs");
     }
+    command
+        .add_option("--preset", preset_,
+                    "paper: the method as published; accurate: closest to the surface; other\n"
+                    "flags of curvature and range win")
+        ->type_name("paper|accurate");
     add_flags(command);
 }
 
@@ -132,6 +137,9 @@ Job JobOptions::job() const {
         throw ConfigError(fmt::format("run: expected one job file, found {}", positional_.size()));
     }
     Job job = has_job ? read_job_file(positional_[0]) : Job{};
+    if (!preset_.empty()) {
+        apply_preset(job, preset_);
+    }
     for (const std::string& setting : settings_) {
         apply_setting(job, setting);
     }

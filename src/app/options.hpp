@@ -24,7 +24,7 @@ class JobOptions {
     JobOptions(const JobOptions&) = delete;
     JobOptions& operator=(const JobOptions&) = delete;
 
-    /// The job: file first, then --set, then flags.
+    /// The job: file first, then --preset, then --set, then flags.
     /// @throws ConfigError, InputError
     Job job() const;
 
@@ -35,6 +35,7 @@ class JobOptions {
     std::vector<std::string> positional_;
     std::vector<std::string> input_flags_;
     std::vector<std::string> settings_;
+    std::string preset_;
     bool resume_ = false;
     bool restart_ = false;
     std::vector<std::string> texts_;   ///< a row of the table each

@@ -251,6 +251,24 @@ bool is_missing(const ParameterField& field) {
 
 }  // namespace
 
+void apply_preset(Job& job, std::string_view name) {
+    RangeParams range = job.range;
+    if (name == "paper") {
+        job.curvature = CurvatureParams{};
+        range.law = RangeLawKind::kReciprocal;
+        range.min_factor = 1.0 / 3;
+        range.max_factor = kInfinity;
+    } else if (name == "accurate") {
+        job.curvature = {.estimator = Estimator::kQuadric, .neighbours = 20};
+        range.law = RangeLawKind::kChord;
+        range.min_factor = 0.01;
+        range.max_factor = 3;
+    } else {
+        throw ConfigError(fmt::format("--preset: expected paper or accurate, found \"{}\"", name));
+    }
+    job.range = range;
+}
+
 bool Choice::choose(std::string_view name) const {
     const auto found = std::find(names.begin(), names.end(), name);
     if (found == names.end()) {
