@@ -51,7 +51,7 @@ double ventral(const Vec3& p) {
 class EveryShape : public testing::TestWithParam<Shape> {};
 INSTANTIATE_TEST_SUITE_P(Synth, EveryShape,
                          testing::Values(Shape::kFlake, Shape::kSphere, Shape::kTorus,
-                                         Shape::kTerrain));
+                                         Shape::kBlade, Shape::kTerrain));
 
 TEST_P(EveryShape, AnyNumberOfPointsWorks) {
     for (const std::uint64_t n : {0, 1, 2, 17, 1000, 100'003}) {
@@ -168,6 +168,42 @@ TEST(Synth, TorusIsEvenInArea) {
         // Wrong only by the cells of one ring at each of the two borders.
         const double border = 2 * 2 * kPi * 1.35 / side;
         EXPECT_NEAR(counts[static_cast<std::size_t>(i)], kPoints * band / area, border) << i;
+    }
+}
+
+TEST(Synth, BladePointsLieOnTwoArcsThatMeetInSharpEdges) {
+    constexpr double kRadius = 100.25;
+    const std::vector<Vec3> points = cloud_of({Shape::kBlade, 50'000, 1, 0});
+    std::size_t upper = 0;
+    double thickest = 0;
+    double near_edge = 0;
+    for (const Vec3& p : points) {
+        const double thickness = 2 * (std::sqrt(kRadius * kRadius - p.x * p.x) - kRadius) + 1;
+        ASSERT_NEAR(2 * std::abs(p.z), thickness, 1e-9);
+        upper += p.z > 0 ? 1 : 0;
+        thickest = std::max(thickest, thickness);
+        near_edge = std::max(near_edge, std::abs(p.x));
+    }
+    EXPECT_NEAR(static_cast<double>(upper), 25'000, 1);
+    EXPECT_NEAR(thickest, 1, 1e-3);
+    EXPECT_GT(near_edge, 9.9);
+    const Vec3 size = box_of(points).size();
+    EXPECT_NEAR(size.x, 20, 0.1);
+    EXPECT_NEAR(size.y, 60, 0.2);
+}
+
+TEST(Synth, BladeIsEvenInArea) {
+    // By stretches along it and by arcs of both sides: twenty by five.
+    std::map<std::tuple<int, int, bool>, int> cells;
+    constexpr int kPoints = 200'000;
+    for (const Vec3& p : cloud_of({Shape::kBlade, kPoints, 1, 0})) {
+        const double share = std::asin(p.x / 100.25) / std::asin(10 / 100.25);
+        ++cells[{std::min(19, static_cast<int>(p.y / 3)),
+                 std::min(4, static_cast<int>((share + 1) * 2.5)), p.z > 0}];
+    }
+    ASSERT_EQ(cells.size(), 200U);
+    for (const auto& [cell, count] : cells) {
+        EXPECT_NEAR(count, kPoints / 200, 60);
     }
 }
 

@@ -38,7 +38,7 @@ SynthParams parse(const SynthOptions& options) {
     const std::optional<Shape> shape = shape_of(options.shape);
     if (!shape) {
         throw ConfigError(fmt::format(
-            "synth: expected flake, sphere, torus or terrain, found \"{}\"", options.shape));
+            "synth: expected flake, sphere, torus, blade or terrain, found \"{}\"", options.shape));
     }
     params.shape = *shape;
     params.points = parse_count(options.points, "--points");
@@ -95,8 +95,9 @@ Command add_synth(CLI::App& root) {
                      "flake: a knapped stone tool, about 60 x 35 x 10 mm\n"
                      "sphere: radius 1, |H| = 1\n"
                      "torus: radii 1 and 0.35, |H| = |1 + 0.7 cos v| / (0.7 (1 + 0.35 cos v))\n"
+                     "blade: 60 x 20, sharp edges, 1 thick in the middle, |H| = 1 / 200.5\n"
                      "terrain: 1000 x 1000, ridges, even in plan")
-        ->type_name("flake|sphere|torus|terrain")
+        ->type_name("flake|sphere|torus|blade|terrain")
         ->required();
     command->add_option("-n,--points", options->points, "how many points\n[0 .. 2^40; required]")
         ->type_name("INTEGER")

@@ -20,6 +20,8 @@ std::unique_ptr<Surface> make_surface(const SynthParams& params) {
             return make_sphere(points);
         case Shape::kTorus:
             return make_torus(points);
+        case Shape::kBlade:
+            return make_blade(points);
         case Shape::kTerrain:
             return make_terrain(points, params.seed);
         case Shape::kFlake:
@@ -47,10 +49,11 @@ std::vector<std::uint64_t> share_out(const Surface& surface, std::uint64_t point
 }  // namespace
 
 std::optional<Shape> shape_of(std::string_view name) {
-    constexpr std::array<std::pair<std::string_view, Shape>, 4> kNames{
+    constexpr std::array<std::pair<std::string_view, Shape>, 5> kNames{
         {{"flake", Shape::kFlake},
          {"sphere", Shape::kSphere},
          {"torus", Shape::kTorus},
+         {"blade", Shape::kBlade},
          {"terrain", Shape::kTerrain}}};
     const auto* const found = std::find_if(kNames.begin(), kNames.end(),
                                            [name](const auto& n) { return n.first == name; });

@@ -16,10 +16,12 @@ enum class Shape {
     kFlake,    ///< a knapped stone tool, about 60 x 35 x 10: facets meeting in ridges, a thin edge
     kSphere,   ///< radius 1: |H| = 1 everywhere
     kTorus,    ///< radii 1 and 0.35: |H| = |1 + 0.7 cos v| / (0.7 (1 + 0.35 cos v)), v = 0 outside
+    kBlade,    ///< 60 long, 20 wide, two arcs that meet in sharp edges, 1 thick in the middle: at x
+               ///< from it 2 sqrt(R^2 - x^2) - 2 R + 1 thick, R = 100.25, |H| = 1 / (2 R)
     kTerrain,  ///< a height field of 1000 x 1000 with ridges, even in plan as an airborne scan is
 };
 
-/// The shape of a name: "flake", "sphere", "torus", "terrain".
+/// The shape of a name: "flake", "sphere", "torus", "blade", "terrain".
 std::optional<Shape> shape_of(std::string_view name);
 
 struct SynthParams {

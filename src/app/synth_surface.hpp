@@ -35,6 +35,7 @@ class Surface {
 /// @param points  how many points the strips are cut for, >= 1
 std::unique_ptr<Surface> make_sphere(std::uint64_t points);
 std::unique_ptr<Surface> make_torus(std::uint64_t points);
+std::unique_ptr<Surface> make_blade(std::uint64_t points);
 /// @param seed  chooses the hills and scars
 std::unique_ptr<Surface> make_terrain(std::uint64_t points, std::uint64_t seed);
 std::unique_ptr<Surface> make_flake(std::uint64_t points, std::uint64_t seed);
