@@ -71,6 +71,46 @@ TEST(AlphaSearch, ByASampleOfALargeCloudComesAsNear) {
     }
 }
 
+TEST(AlphaSearch, WhereCellsForetellNothingComesAsNear) {
+    std::mt19937_64 random(8);
+    std::uniform_real_distribution<double> unit(0, 1);
+    // A body, not a surface: a handful of cells, wherever it lies. And a sheet with one outlier,
+    // beside whose spacing a cell is as large as the sheet.
+    for (const double offset : {0.0, 6.6, 31.4}) {
+        std::vector<Vec3> body(250000);
+        for (Vec3& p : body) {
+            p = {offset + unit(random), unit(random) - offset / 2, unit(random)};
+        }
+        std::vector<Vec3> sheet(250000);
+        for (Vec3& p : sheet) {
+            p = {offset + 6 * unit(random), 6 * unit(random), 0};
+            p.z = 0.3 * std::sin(3 * p.x) * std::cos(2 * p.y);
+        }
+        sheet[77] = {3e5, 3e5, offset};
+        for (const std::vector<Vec3>& cloud : {body, sheet}) {
+            SimplifyParams params;
+            params.range.count = 20000;
+            const SimplifyResult found = simplify(cloud, params);
+            EXPECT_NEAR(static_cast<double>(found.counts.kept), 20000, 200) << offset;
+        }
+    }
+}
+
+TEST(AlphaSearch, EndsWithTheBestWhereNoneIsNearEnough) {
+    // A count that jumps from 100 to 20: the best of ten walks is made once more.
+    AlphaSearch search(
+        {.range = {}, .mean_curvature = 1, .spacing = 0.1, .points = 1000000, .wanted = 70}, {});
+    int walks = 0;
+    double last = 0;
+    while (!search.done() && walks < 100) {
+        last = search.next();
+        search.told(last, last < 3 ? 100 : 20);
+        ++walks;
+    }
+    EXPECT_LE(walks, 12);
+    EXPECT_LT(last, 3) << "100 is nearer to 70 than 20 is";
+}
+
 TEST(AlphaSearch, OfAllPointsOrMoreKeepsAllAndOfOneKeepsOne) {
     std::mt19937_64 random(5);
     for (int round = 0; round < 100; ++round) {

@@ -155,6 +155,42 @@ TEST_F(Resume, ASearchForAlphaGoesOnToTheSameBytes) {
     EXPECT_GT(attempts, 0) << "some were stopped after a first attempt";
 }
 
+TEST_F(Resume, AToleranceOnAFlatCloudGoesOnAfterMerge) {
+    std::vector<Vec3> cloud;
+    for (int i = 0; i < 5000; ++i) {
+        cloud.push_back({0.1 * (i % 70), 0.1 * (i / 70), 0});
+    }
+    test::write_ply(folder_ / "in.ply", cloud, true);
+    job_.input = {(folder_ / "in.ply").string()};
+    job_.curvature.estimator = Estimator::kQuadric;
+    job_.range = {.tolerance = 0.01};
+    run_whole();
+    const std::string expected = result();
+    stop_in(job_, "emit", 0);
+    run_whole();
+    EXPECT_EQ(result() == expected, true);
+    EXPECT_THAT(Archive(folder_ / "out").manifest().parameters,
+                testing::Contains(testing::Pair("range.law", "chord")));
+}
+
+TEST_F(Resume, WhatASurveyLeftThatWasStoppedIsRemoved) {
+    run_whole();
+    const std::string expected = result();
+    stop_in(job_, "rank", 1);
+    // As if the process had died inside its survey.
+    const std::string journal = test::read_bytes(scratch() / "journal");
+    test::write_bytes(scratch() / "journal", journal.substr(0, journal.find('\n') + 1));
+    for (const char* name :
+         {"000009-000000000000.positions", "000001-000000000000.positions.partial"}) {
+        test::write_bytes(scratch() / name, "what is left");
+    }
+    stop_in(job_, "rank", 1);
+    EXPECT_FALSE(fs::exists(scratch() / "000009-000000000000.positions"));
+    EXPECT_FALSE(fs::exists(scratch() / "000001-000000000000.positions.partial"));
+    run_whole();
+    EXPECT_EQ(result() == expected, true);
+}
+
 TEST_F(Resume, DoesNotDoAgainWhatIsDone) {
     stop_in(job_, "rank", 60);
     const fs::path journal = scratch() / "journal";

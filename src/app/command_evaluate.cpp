@@ -1,8 +1,10 @@
 #include <fmt/format.h>
+#include <signal.h>
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -10,6 +12,7 @@
 #include <vector>
 
 #include "app/commands.hpp"
+#include "app/interrupt.hpp"
 #include "app/options.hpp"
 #include "app/progress.hpp"
 #include "base/threads.hpp"
@@ -46,6 +49,7 @@ fs::path mesh_program() {
 }
 
 void run_mesh_program(const EvaluateOptions& options, const std::vector<fs::path>& originals) {
+    catch_interrupts();
     std::vector<std::string> arguments{mesh_program().string(), options.simplified,
                                        std::to_string(thread_count(options.threads))};
     for (const fs::path& original : originals) {
@@ -59,10 +63,14 @@ void run_mesh_program(const EvaluateOptions& options, const std::vector<fs::path
     argv.push_back(nullptr);
     pid_t child = 0;
     int status = 0;
-    if (::posix_spawn(&child, argv[0], nullptr, nullptr, argv.data(), environ) != 0 ||
-        ::waitpid(child, &status, 0) != child) {
+    if (::posix_spawn(&child, argv[0], nullptr, nullptr, argv.data(), environ) != 0) {
         throw StorageError(fmt::format("{}: cannot run it", arguments[0]));
     }
+    // A signal that came to this program alone ends the other too.
+    while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
+        ::kill(child, SIGTERM);
+    }
+    throw_if_interrupted();
     if (!WIFEXITED(status) || WEXITSTATUS(status) == 2) {
         throw StorageError(fmt::format("{}: failed", arguments[0]));
     }

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <vector>
 
 #include "knap/geometry.hpp"
@@ -10,7 +11,7 @@
 
 namespace knap {
 
-/// Some of an archive's points, enough to foretell how many of all are kept: those in some cells of
+/// Some of an archive's points, which may foretell how many of all are kept: those in some cells of
 /// a lattice, chosen by a hash, so that which they are does not depend on how the archive is cut.
 /// Of a small archive all points.
 class SampleCells {
@@ -21,9 +22,14 @@ class SampleCells {
 
     bool contains(const Vec3& p) const;
 
+    /// More points than this are no sample: where cells are few or uneven. What foretells nothing
+    /// is thrown away by AlphaSearch.
+    std::uint64_t most_points() const { return most_points_; }
+
   private:
     double cells_per_unit_ = 0;    // 0: all points
     std::uint64_t most_hash_ = 0;  // of a cell in the sample
+    std::uint64_t most_points_ = 0;
 };
 
 /// How many points a job wants to keep; 0 if it does not say.
@@ -39,34 +45,44 @@ struct AlphaGoal {
     std::uint64_t wanted = 0;   ///< points to keep, >= 1
 };
 
-/// Looks for the alpha for which a wanted number of points is kept. A sample foretells the number;
-/// one merge of all points or two show how far the sample is off. Which alphas are tried depends on
-/// nothing but the points and the parameters.
+/// Looks for the alpha for which a wanted number of points is kept. A sample foretells the number
+/// for a first walk over all points; the walks say how far it is off, and then where to look.
+/// Which alphas are tried depends on nothing but the points and the parameters.
 class AlphaSearch {
   public:
     /// As near as this share of what is wanted is near enough.
     static constexpr double kTolerance = 0.009;
 
-    /// @param sample  the points in SampleCells, in the method's order
+    /// @param sample  the points in SampleCells, in the method's order; fewer than it takes to
+    ///                foretell anything, or too many: they are not used
     AlphaSearch(const AlphaGoal& goal, std::vector<RankedPoint> sample);
 
-    /// The next alpha to try, cloud units, > 0.
+    /// The next alpha to try, cloud units, > 0; while not done().
     double next();
 
-    /// Takes how many points of the archive were kept with it.
-    /// @return true if that is near enough, or no better is to be had
-    bool told(std::uint64_t kept);
+    /// Takes how many points of the archive a walk has kept.
+    void told(double alpha, std::uint64_t kept);
+
+    /// The last walk is near enough, or none was nearer and no more are worth it.
+    bool done() const { return done_; }
+
+    /// Bytes that the sample takes.
+    std::uint64_t memory_bytes() const { return sample_.capacity() * sizeof(RankedPoint); }
 
   private:
     double count(double log_alpha);
-    double solve(double wanted);
+    double solve_in_sample(double wanted, double start);
+    double solve_in_walks() const;
 
     AlphaGoal goal_;
     std::vector<RankedPoint> sample_;
+    double share_ = 1;                 // of all points that the sample has
     std::map<double, double> counts_;  // of the sample, by log alpha
-    double bias_ = 1;                  // kept of all over kept of the sample, beside its share
-    double last_ = 0;
+    std::map<double, double> walks_;   // of all points, by log alpha
+    double last_ = 0;                  // log of the alpha tried last
+    std::optional<double> best_again_;
     int tries_ = 0;
+    bool done_ = false;
 };
 
 }  // namespace knap

@@ -1,6 +1,7 @@
 #include "pipeline/merge_files.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <system_error>
 #include <utility>
 
@@ -145,19 +146,30 @@ std::vector<fs::path> MergeFiles::ranked_runs() const {
     return runs;
 }
 
-std::vector<RankedPoint> MergeFiles::ranked_points(std::size_t brick) const {
+std::vector<RankedPoint> MergeFiles::ranked_points(
+    std::size_t brick, const std::function<bool(const RankedPoint&)>& wanted) const {
     std::vector<RankedPoint> points;
+    const auto take = [&](const std::vector<RankedPoint>& some) {
+        std::copy_if(some.begin(), some.end(), std::back_inserter(points), wanted);
+    };
     try {
         for (const fs::path& run : bricks_[brick].runs) {
-            const std::vector<RankedPoint> some = read_run(run);
-            points.insert(points.end(), some.begin(), some.end());
+            RunReader reader(run, table_);
+            for (std::vector<RankedPoint> block; reader.next(block);) {
+                take(block);
+            }
         }
     } catch (const StorageError& error) {
-        return remake_(brick, error.what());
+        points.clear();
+        take(remake_(brick, error.what()));
     }
-    std::sort(points.begin(), points.end(),
-              [](const RankedPoint& a, const RankedPoint& b) { return ranks_before(a, b); });
     return points;
+}
+
+void MergeFiles::remove_open() {
+    for (std::size_t i = 0; i < bricks_.size(); ++i) {
+        remove(open_path(i));
+    }
 }
 
 fs::path MergeFiles::kept_path(std::size_t brick) const {

@@ -58,8 +58,12 @@ class MergeFiles {
     /// All points of the archive, as runs; while nothing was kept by keeper().
     std::vector<std::filesystem::path> ranked_runs() const;
 
-    /// The points of a brick, in the method's order.
-    std::vector<RankedPoint> ranked_points(std::size_t brick) const;
+    /// Those of a brick's points that are wanted, in any order.
+    std::vector<RankedPoint> ranked_points(
+        std::size_t brick, const std::function<bool(const RankedPoint&)>& wanted) const;
+
+    /// What attempts have left.
+    void remove_open();
 
   private:
     SettledPart load(std::size_t brick, std::uint64_t open_points) const;

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <mutex>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "base/threads.hpp"
@@ -29,12 +31,14 @@ class Merging {
             advance_(stage_.ranked.points);
             merged.result = {Selection::load(file()), before->at("kept"),
                              before->at("represented")};
-            merged.alpha = before->at("alpha");
+            merged.alpha = is_search() ? before->at("alpha").get<double>() : given_alpha();
         } else {
             merged = is_search() ? search() : merge_once();
             save(merged);
         }
         if (is_search()) {
+            tell_miss(merged.result.kept);
+            stage_.files.remove_open();
             merged.runs = stage_.files.ranked_runs();
         } else {
             stage_.files.remove_undecided();
@@ -44,6 +48,9 @@ class Merging {
     }
 
   private:
+    double given_alpha() const {
+        return with_alpha(stage_.range, stage_.ranked.mean_curvature).alpha;
+    }
     bool is_search() const { return wanted_points(stage_.range, stage_.table.points()) > 0; }
     fs::path file() const { return stage_.scratch.path() / kSelectionFile; }
 
@@ -66,24 +73,38 @@ class Merging {
                             .points = ranked.points,
                             .wanted = wanted_points(stage_.range, stage_.table.points())},
                            sample());
-        for (std::size_t attempt = 0;; ++attempt) {
-            const double alpha = search.next();
+        Merged merged;
+        for (std::size_t attempt = 0; !search.done(); ++attempt) {
             const std::string name = number_name(attempt);
+            merged.alpha = search.next();
             if (const auto* before = stage_.log.find("attempt", name)) {
-                search.told(before->at("kept"));
+                search.told(before->at("alpha"), before->at("kept"));
                 continue;
             }
             RangeParams range = stage_.range;
-            range.alpha = alpha;
+            range.alpha = merged.alpha;
             MergeRequest request = request_for(range);
+            request.budget_bytes -= std::min(request.budget_bytes, search.memory_bytes());
             request.on_settled = stage_.files.attempt_keeper();
-            MergeResult result =
+            merged.result =
                 merge(stage_.files.parts(), request, [&](std::uint64_t) { advance_(0); });
-            if (search.told(result.kept)) {
-                advance_(ranked.points);
-                return {std::move(result), alpha, {}};
+            search.told(merged.alpha, merged.result.kept);
+            if (!search.done()) {
+                stage_.log.record("attempt", name,
+                                  {{"alpha", merged.alpha}, {"kept", merged.result.kept}});
             }
-            stage_.log.record("attempt", name, {{"alpha", alpha}, {"kept", result.kept}});
+        }
+        advance_(ranked.points);
+        return merged;
+    }
+
+    void tell_miss(std::uint64_t kept) const {
+        const std::uint64_t wanted = wanted_points(stage_.range, stage_.table.points());
+        const auto reached = static_cast<double>(kept);
+        const auto asked = static_cast<double>(wanted);
+        if (std::abs(reached - asked) > 0.01 * asked) {
+            stage_.note(fmt::format("{} points were to be kept, {} are: no alpha comes nearer",
+                                    wanted, kept));
         }
     }
 
@@ -93,11 +114,13 @@ class Merging {
         std::vector<RankedPoint> sample;
         std::mutex mutex;
         parallel_tasks(stage_.ranked.bricks.size(), [&](std::size_t i) {
-            std::vector<RankedPoint> some = stage_.files.ranked_points(i);
-            std::erase_if(some, [&](const RankedPoint& p) { return !cells.contains(p.position); });
+            const std::vector<RankedPoint> some = stage_.files.ranked_points(
+                i, [&](const RankedPoint& p) { return cells.contains(p.position); });
             advance_(0);
             const std::scoped_lock lock(mutex);
-            sample.insert(sample.end(), some.begin(), some.end());
+            if (sample.size() <= cells.most_points()) {
+                sample.insert(sample.end(), some.begin(), some.end());
+            }
         });
         std::sort(sample.begin(), sample.end(),
                   [](const RankedPoint& a, const RankedPoint& b) { return ranks_before(a, b); });
@@ -117,10 +140,12 @@ class Merging {
     void save(const Merged& merged) {
         merged.result.selection.save(file());
         stage_.scratch.grew_by(static_cast<std::int64_t>(fs::file_size(file())));
-        stage_.log.record("merge", kSelectionFile,
-                          {{"kept", merged.result.kept},
-                           {"represented", merged.result.represented},
-                           {"alpha", merged.alpha}});
+        nlohmann::ordered_json record{{"kept", merged.result.kept},
+                                      {"represented", merged.result.represented}};
+        if (is_search()) {
+            record["alpha"] = merged.alpha;
+        }
+        stage_.log.record("merge", kSelectionFile, record);
     }
 
     const MergeStage& stage_;

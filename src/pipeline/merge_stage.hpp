@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <string>
 #include <vector>
 
 #include "merge/merge.hpp"
@@ -30,6 +31,7 @@ struct MergeStage {
     ScratchFolder& scratch;
     JobLog& log;
     std::uint64_t budget_bytes = 0;
+    std::function<void(const std::string&)> note;
 };
 
 /// Marks ranges over the archive; where a number of points is wanted, as often as it takes to find

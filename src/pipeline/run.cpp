@@ -15,6 +15,7 @@
 #include "emit/output_folder.hpp"
 #include "knap/error.hpp"
 #include "knap/job.hpp"
+#include "merge/range_law.hpp"
 #include "pipeline/brick_maker.hpp"
 #include "pipeline/forecast.hpp"
 #include "pipeline/identity.hpp"
@@ -78,7 +79,8 @@ class Pipeline {
                                       .files = files,
                                       .scratch = scratch_,
                                       .log = log_,
-                                      .budget_bytes = beside_selection(bricks.table)},
+                                      .budget_bytes = beside_selection(bricks.table),
+                                      .note = [&](const std::string& note) { clock_.note(note); }},
                                      advance);
             });
             Report report = emit_all(bricks.table, ranked, merged);
@@ -195,6 +197,7 @@ class Pipeline {
                 return {std::move(saved.table), std::move(saved.occupancy),
                         recorded_positions(*before, scratch_.path())};
             }
+            remove_positions(scratch_.path());
             return survey({.files = files_,
                            .threads = threads_,
                            .budget_bytes = budgets_.survey,
@@ -311,6 +314,7 @@ class Pipeline {
                          .merged = ranked.merged,
                          .rejected = table.rejected()};
         Job done = job_;
+        done.range = with_alpha(job_.range, ranked.mean_curvature);
         done.range.alpha = merged.alpha;
         // All that can fail for want of room comes before the output has its name.
         const std::unique_ptr<AtomicFile> ids =

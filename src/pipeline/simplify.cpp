@@ -71,13 +71,13 @@ MergeResult mark(const std::vector<RankedPoint>& order, const RangeParams& asked
                         .points = order.size(),
                         .wanted = wanted},
                        std::move(sample));
-    while (true) {
+    MergeResult merged;
+    while (!search.done()) {
         range.alpha = of.alpha = search.next();
-        MergeResult merged = merge_all(order, range, of, box);
-        if (search.told(merged.kept)) {
-            return merged;
-        }
+        merged = merge_all(order, range, of, box);
+        search.told(of.alpha, merged.kept);
     }
+    return merged;
 }
 
 }  // namespace

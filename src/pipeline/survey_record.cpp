@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <string>
+#include <system_error>
 
 #include "base/scratch.hpp"
 #include "pipeline/sources.hpp"
@@ -39,6 +40,19 @@ std::vector<PositionFile> recorded_positions(const Json& record, const fs::path&
                              file.at(3), file.at(4)});
     }
     return positions;
+}
+
+void remove_positions(const fs::path& scratch) {
+    std::vector<fs::path> left;
+    std::error_code ignored;
+    for (const auto& entry : fs::directory_iterator(scratch, ignored)) {
+        if (entry.path().filename().string().find(".positions") != std::string::npos) {
+            left.push_back(entry.path());
+        }
+    }
+    for (const fs::path& file : left) {
+        fs::remove(file, ignored);
+    }
 }
 
 fs::path positions_folder(const std::vector<fs::path>& files, const fs::path& scratch) {

@@ -15,6 +15,9 @@ nlohmann::ordered_json survey_record(const Survey& archive);
 std::vector<PositionFile> recorded_positions(const nlohmann::ordered_json& record,
                                              const std::filesystem::path& folder);
 
+/// Removes what a survey that was stopped has left of positions.
+void remove_positions(const std::filesystem::path& scratch);
+
 /// Where the survey of some files writes positions: a folder with room for them, or nowhere.
 std::filesystem::path positions_folder(const std::vector<std::filesystem::path>& files,
                                        const std::filesystem::path& scratch);
