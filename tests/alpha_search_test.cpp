@@ -127,8 +127,7 @@ TEST(AlphaSearch, OfAllPointsOrMoreKeepsAllAndOfOneKeepsOne) {
 }
 
 TEST(WithAlpha, OfAToleranceIsTheChordWithThatHeight) {
-    const RangeParams range = with_alpha({.tolerance = 0.02}, 4);
-    EXPECT_EQ(range.law, RangeLawKind::kChord);
+    const RangeParams range = with_alpha({.law = RangeLawKind::kChord, .tolerance = 0.02}, 4);
     // A chord of half length r over curvature H is r^2 H / 2 high.
     EXPECT_NEAR(range.alpha * range.alpha * 4 / 2, 0.02, 1e-15);
     EXPECT_NEAR(RangeLaw(range, 4).of(9), std::sqrt(2 * 0.02 / 9), 1e-15);

@@ -165,6 +165,21 @@ TEST(FrontMesh, AgreesWithFansOnAnEvenSheet) {
     EXPECT_LT(mesh.area(), 1.3);
 }
 
+TEST(FrontMesh, DoesNotDependOnTheUnit) {
+    std::mt19937_64 random(5);
+    const auto wave = [](double x, double y) { return 0.1 * std::sin(9 * x) * std::cos(7 * y); };
+    std::vector<Vec3> kept = sheet(random, 20, wave);
+    const FrontMesh one(kept);
+    const double expected = one.nearest({0.5, 0.5, 0.3}).distance;
+    for (Vec3& p : kept) {
+        p = {std::ldexp(p.x, -30), std::ldexp(p.y, -30), std::ldexp(p.z, -30)};
+    }
+    const FrontMesh small(kept);
+    const Vec3 p{std::ldexp(0.5, -30), std::ldexp(0.5, -30), std::ldexp(0.3, -30)};
+    EXPECT_NEAR(std::ldexp(small.nearest(p).distance, 30), expected, 1e-9);
+    EXPECT_NEAR(std::ldexp(small.area(), 60), one.area(), 1e-9);
+}
+
 TEST(FrontMesh, OfPointsWithoutASurfaceIsAnError) {
     EXPECT_THROW(FrontMesh(std::vector<Vec3>{{0, 0, 0}, {1, 0, 0}}), ConfigError);
 }

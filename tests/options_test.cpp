@@ -92,6 +92,22 @@ TEST(JobOptions, EveryParameterHasItsFlag) {
     EXPECT_EQ(job.resources.memory_bytes, std::uint64_t{1} << 30);
 }
 
+TEST(JobOptions, ATargetOnTheCommandLineTakesThePlaceOfThatOfTheFile) {
+    const test::TemporaryFolder folder;
+    write_text_file(folder / "job.toml", "range.alpha = 0.5\n");
+    const auto job = [&](const std::vector<std::string>& arguments) {
+        std::vector<std::string> all{(folder / "job.toml").string()};
+        all.insert(all.end(), arguments.begin(), arguments.end());
+        return parse(JobOptions::Input::kJob, all);
+    };
+    EXPECT_EQ(job({}).range.alpha, 0.5);
+    EXPECT_EQ(job({"--count", "7"}).range.alpha, 0);
+    EXPECT_EQ(job({"--count", "7"}).range.count, 7U);
+    EXPECT_EQ(job({"--set", "range.ratio=0.1"}).range.alpha, 0);
+    EXPECT_EQ(job({"--alpha", "2"}).range.alpha, 2);
+    EXPECT_EQ(job({"--neighbours", "7"}).range.alpha, 0.5);
+}
+
 TEST(JobOptions, APresetIsWhatOtherFlagsChange) {
     const Job job = simplify_job({"--neighbours", "25", "--preset", "accurate", "--alpha", "2"});
     EXPECT_EQ(job.curvature.estimator, Estimator::kQuadric);

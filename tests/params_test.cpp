@@ -87,6 +87,8 @@ TEST(Params, OneTargetIsGivenAndOnlyOne) {
     job.range = {.tolerance = 0.1};
     EXPECT_THAT([&] { validate(job); }, ThrowsMessage<ConfigError>(HasSubstr("quadric")));
     job.curvature.estimator = Estimator::kQuadric;
+    EXPECT_THAT([&] { validate(job); }, ThrowsMessage<ConfigError>(HasSubstr("chord")));
+    job.range.law = RangeLawKind::kChord;
     EXPECT_NO_THROW(validate(job));
     job.range.tolerance = -1;
     EXPECT_THAT([&] { validate(job); }, ThrowsMessage<ConfigError>(HasSubstr("range.tolerance")));

@@ -163,7 +163,7 @@ TEST_F(Resume, AToleranceOnAFlatCloudGoesOnAfterMerge) {
     test::write_ply(folder_ / "in.ply", cloud, true);
     job_.input = {(folder_ / "in.ply").string()};
     job_.curvature.estimator = Estimator::kQuadric;
-    job_.range = {.tolerance = 0.01};
+    job_.range = {.law = RangeLawKind::kChord, .tolerance = 0.01};
     run_whole();
     const std::string expected = result();
     stop_in(job_, "emit", 0);

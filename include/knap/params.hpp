@@ -37,8 +37,8 @@ struct RangeParams {
     RangeLawKind law = RangeLawKind::kReciprocal;
     /// Range at mean curvature, cloud units, > 0; or 0, and it follows from one of the next three.
     double alpha = 0.0;
-    /// Distance by which the surface may move, cloud units, > 0: the chord law with
-    /// alpha = sqrt(2 tolerance / Hm). Needs a curvature that is true to scale.
+    /// Distance by which the surface may move, cloud units, > 0: alpha = sqrt(2 tolerance / Hm).
+    /// Needs the chord law and a curvature that is true to scale.
     double tolerance = 0;
     double ratio = 0;             ///< kept / input points, within 1 %, (0, 1]
     std::uint64_t count = 0;      ///< points to keep, within 1 %

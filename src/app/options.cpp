@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "app/job_file.hpp"
@@ -53,6 +54,16 @@ std::string group_of(const Parameter& parameter) {
 
 bool is_input(const Parameter& parameter) {
     return !parameter.flag.starts_with("--");
+}
+
+/// The target of a job file makes room for one on the command line.
+void clear_target(Job& job, const Parameter& parameter) {
+    const ParameterField field = parameter.field(job);
+    if (double* const* number = std::get_if<double*>(&field)) {
+        **number = 0;
+    } else if (std::uint64_t* const* count = std::get_if<std::uint64_t*>(&field)) {
+        **count = 0;
+    }
 }
 
 void apply_setting(Job& job, const std::string& setting) {
@@ -129,6 +140,20 @@ void JobOptions::add_flags(CLI::App& command) {
     }
 }
 
+bool JobOptions::gives_target() const {
+    for (std::size_t i = 0; i < flags_.size(); ++i) {
+        const Parameter& parameter = parameters()[i];
+        const std::string setting = std::string(parameter.key) + "=";
+        const bool is_set =
+            std::any_of(settings_.begin(), settings_.end(),
+                        [&](const std::string& s) { return s.starts_with(setting); });
+        if (parameter.target && (is_set || (flags_[i] != nullptr && flags_[i]->count() > 0))) {
+            return true;
+        }
+    }
+    return false;
+}
+
 Job JobOptions::job() const {
     const bool has_job =
         input_ == Input::kJob || (input_ == Input::kJobOrFiles && positional_.size() == 1 &&
@@ -139,6 +164,13 @@ Job JobOptions::job() const {
     Job job = has_job ? read_job_file(positional_[0]) : Job{};
     if (!preset_.empty()) {
         apply_preset(job, preset_);
+    }
+    if (gives_target()) {
+        for (const Parameter& parameter : parameters()) {
+            if (parameter.target) {
+                clear_target(job, parameter);
+            }
+        }
     }
     for (const std::string& setting : settings_) {
         apply_setting(job, setting);

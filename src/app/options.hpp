@@ -30,6 +30,7 @@ class JobOptions {
 
   private:
     void add_flags(CLI::App& command);
+    bool gives_target() const;
 
     Input input_;
     std::vector<std::string> positional_;

@@ -337,11 +337,11 @@ void validate(const Job& job) {
             fmt::format("expected one of {}, found {}", fmt::join(targets, ", "),
                         given.empty() ? "none" : fmt::format("{}", fmt::join(given, " and "))));
     }
-    if (job.range.tolerance > 0 && job.curvature.estimator != Estimator::kQuadric) {
+    if (job.range.tolerance > 0 &&
+        (job.curvature.estimator != Estimator::kQuadric || job.range.law != RangeLawKind::kChord)) {
         throw ConfigError(
-            "range.tolerance (--tolerance): expected curvature.estimator = quadric, whose "
-            "curvature "
-            "is true to scale, found fourier");
+            "range.tolerance (--tolerance): expected curvature.estimator = quadric and range.law = "
+            "chord, as --preset accurate has them, found others");
     }
 }
 

@@ -6,8 +6,10 @@
 #include <cmath>
 #include <tuple>
 
+#include "base/extent.hpp"
 #include "input/stream.hpp"
 #include "knap/archive.hpp"
+#include "knap/error.hpp"
 #include "knap/source.hpp"
 
 namespace knap {
@@ -39,6 +41,11 @@ std::vector<Vec3> read_all(const std::filesystem::path& path) {
 std::vector<Vec3> simplified_points(const std::filesystem::path& path) {
     std::vector<Vec3> points = read_all(path);
     std::erase_if(points, [](const Vec3& p) { return !is_finite(p); });
+    Box box;
+    for (const Vec3& p : points) {
+        box.extend(p);
+    }
+    check_extent(box);
     std::sort(points.begin(), points.end(), [](const Vec3& a, const Vec3& b) {
         return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
     });
@@ -73,7 +80,15 @@ Evaluation evaluate(const std::vector<std::filesystem::path>& originals, const S
         workers[0].sum.add(workers[i].sum);
         workers[0].box.extend(workers[i].box);
     }
-    return {workers[0].sum.result(surface.area()), workers[0].box};
+    const Box& box = workers[0].box;
+    check_extent(box);
+    if (!(box.diagonal() > 0)) {
+        throw InputError(
+            fmt::format("{}{}: expected points that are not all in one place, found "
+                        "none",
+                        originals.front().string(), originals.size() > 1 ? " and others" : ""));
+    }
+    return {workers[0].sum.result(surface.area()), box};
 }
 
 std::string describe_header() {

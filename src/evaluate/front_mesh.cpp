@@ -29,13 +29,28 @@ struct FrontMesh::Mesh {
     Triangles triangles;
     Tree tree;
     double area = 0;
+    // CGAL's bounds are absolute: it works on a cloud about 1 wide that begins at the origin.
+    Vec3 origin;
+    double unit = 1;  // cloud units, a power of two
+
+    Point to_mesh(const Vec3& p) const {
+        return {(p.x - origin.x) / unit, (p.y - origin.y) / unit, (p.z - origin.z) / unit};
+    }
 };
 
 FrontMesh::FrontMesh(std::span<const Vec3> points) : mesh_(std::make_unique<Mesh>()) {
     std::vector<Point> corners;
     corners.reserve(points.size());
+    Box box;
     for (const Vec3& p : points) {
-        corners.emplace_back(p.x, p.y, p.z);
+        box.extend(p);
+    }
+    if (!box.empty() && box.diagonal() > 0) {
+        mesh_->origin = box.min;
+        mesh_->unit = std::exp2(std::round(std::log2(box.diagonal())));
+    }
+    for (const Vec3& p : points) {
+        corners.push_back(mesh_->to_mesh(p));
     }
     std::vector<std::array<std::size_t, 3>> facets;
     CGAL::advancing_front_surface_reconstruction(corners.begin(), corners.end(),
@@ -57,16 +72,17 @@ FrontMesh::FrontMesh(std::span<const Vec3> points) : mesh_(std::make_unique<Mesh
 FrontMesh::~FrontMesh() = default;
 
 Surface::Nearest FrontMesh::nearest(const Vec3& p) const {
-    const Point query(p.x, p.y, p.z);
+    const Point query = mesh_->to_mesh(p);
+    const double unit = mesh_->unit;
     const auto [foot, facet] = mesh_->tree.closest_point_and_primitive(query);
     const auto normal = facet->supporting_plane().orthogonal_vector();
     const double offset = CGAL::to_double(normal * (query - facet->vertex(0)));
-    return {.distance = std::sqrt(CGAL::to_double(CGAL::squared_distance(query, foot))),
-            .to_plane = offset / std::sqrt(CGAL::to_double(normal.squared_length()))};
+    return {.distance = unit * std::sqrt(CGAL::to_double(CGAL::squared_distance(query, foot))),
+            .to_plane = unit * offset / std::sqrt(CGAL::to_double(normal.squared_length()))};
 }
 
 double FrontMesh::area() const {
-    return mesh_->area;
+    return mesh_->area * mesh_->unit * mesh_->unit;
 }
 
 std::size_t FrontMesh::facets() const {

@@ -8,7 +8,6 @@ namespace knap {
 RangeParams with_alpha(const RangeParams& range, double mean_curvature) {
     RangeParams result = range;
     if (range.tolerance > 0) {
-        result.law = RangeLawKind::kChord;
         // A cloud without curvature: its largest range is then infinite, whatever the factor.
         result.alpha = std::sqrt(2 * range.tolerance / mean_curvature);
     }

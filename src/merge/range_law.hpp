@@ -4,7 +4,7 @@
 
 namespace knap {
 
-/// What a job says of ranges, with the alpha that follows from a tolerance.
+/// What a job says of ranges, with the alpha that follows from a tolerance and the chord law.
 /// @param mean_curvature  of the archive, 1 / cloud unit, >= 0
 RangeParams with_alpha(const RangeParams& range, double mean_curvature);
 

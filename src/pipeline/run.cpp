@@ -15,7 +15,6 @@
 #include "emit/output_folder.hpp"
 #include "knap/error.hpp"
 #include "knap/job.hpp"
-#include "merge/range_law.hpp"
 #include "pipeline/brick_maker.hpp"
 #include "pipeline/forecast.hpp"
 #include "pipeline/identity.hpp"
@@ -314,7 +313,6 @@ class Pipeline {
                          .merged = ranked.merged,
                          .rejected = table.rejected()};
         Job done = job_;
-        done.range = with_alpha(job_.range, ranked.mean_curvature);
         done.range.alpha = merged.alpha;
         // All that can fail for want of room comes before the output has its name.
         const std::unique_ptr<AtomicFile> ids =
