@@ -26,4 +26,9 @@ constexpr std::uint64_t splitmix64(std::uint64_t x) {
     return x ^ (x >> 31);
 }
 
+/// Of a block of `count` items: an empty one has a checksum of its own.
+inline std::uint64_t block_checksum(std::uint32_t count, std::span<const std::byte> payload) {
+    return xxh3_64(payload) ^ splitmix64(count);
+}
+
 }  // namespace knap

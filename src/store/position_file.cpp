@@ -18,10 +18,6 @@ constexpr std::uint32_t kVersion = 1;
 constexpr std::size_t kHeaderSize = 16;
 constexpr std::size_t kBlockHeaderSize = 16;
 
-std::uint64_t checksum_of(std::uint32_t count, std::span<const std::byte> payload) {
-    return xxh3_64(payload) ^ splitmix64(count);
-}
-
 // A scratch file that cannot be read is the machine's fault, not the input's.
 template <typename Read>
 auto as_scratch(const Read& read) {
@@ -66,7 +62,7 @@ void PositionWriter::write_block(std::span<const Vec3> positions) {
     const auto count = static_cast<std::uint32_t>(positions.size());
     put(header, count);
     put(header, std::uint32_t{0});
-    put(header, checksum_of(count, payload));
+    put(header, block_checksum(count, payload));
     std::memcpy(block_.data(), header.data(), header.size());
     file_.write(block_);
 }
@@ -101,7 +97,7 @@ bool PositionReader::next(std::vector<Vec3>& positions) {
     }
     payload_.resize(size);
     if (as_scratch([&] { return file_.read_some(payload_at, payload_); }) < size || reserved != 0 ||
-        checksum_of(count, payload_) != checksum) {
+        block_checksum(count, payload_) != checksum) {
         throw_damaged("a block does not match its checksum");
     }
     positions.resize(count);

@@ -25,10 +25,6 @@ std::size_t id_size_for(std::uint64_t points) {
     return static_cast<std::size_t>(std::max(1, (bits + 7) / 8));
 }
 
-std::uint64_t checksum_of(std::uint32_t count, std::span<const std::byte> payload) {
-    return xxh3_64(payload) ^ splitmix64(count);
-}
-
 }  // namespace
 
 RunWriter::RunWriter(const std::filesystem::path& path, const SourceTable& table,
@@ -69,7 +65,7 @@ void RunWriter::flush() {
     std::vector<std::byte> header;
     put(header, count_);
     put(header, static_cast<std::uint32_t>(keys_.size()));
-    put(header, checksum_of(count_, keys_));
+    put(header, block_checksum(count_, keys_));
     file_.write(header);
     file_.write(keys_);
     count_ = 0;
@@ -137,7 +133,7 @@ bool RunReader::next(std::vector<RankedPoint>& points) {
         }
         std::vector<std::byte> payload(payload_size);
         if (file.read_some(at_ + kBlockHeaderSize, payload) < payload.size() ||
-            checksum_of(count, payload) != checksum) {
+            block_checksum(count, payload) != checksum) {
             throw_damaged("a block does not match its checksum");
         }
         points.resize(count);
