@@ -10,7 +10,7 @@
 #include <numbers>
 #include <random>
 
-#include "evaluate/fan_surface.hpp"
+#include "surface/fan_surface.hpp"
 #ifdef KNAP_HAVE_CGAL
 #include "evaluate/front_mesh.hpp"
 #endif

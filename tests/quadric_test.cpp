@@ -47,8 +47,13 @@ std::vector<Vec3> patch(std::mt19937_64& random, std::size_t size, const Height&
     return points;
 }
 
+struct Fit {
+    double curvature = 0;  // absolute
+    double outside = 0;    // of the first point, in standard deviations, on the convex side > 0
+};
+
 // The same fit by Eigen, in a frame that Eigen finds.
-double mean_curvature_by_eigen(const std::vector<Vec3>& points) {
+Fit fit_by_eigen(const std::vector<Vec3>& points) {
     const auto n = static_cast<Eigen::Index>(points.size());
     Eigen::MatrixXd rows(n, 3);
     for (Eigen::Index i = 0; i < n; ++i) {
@@ -71,8 +76,11 @@ double mean_curvature_by_eigen(const std::vector<Vec3>& points) {
     const double c = fit[2];
     const double d = fit[3];
     const double e = fit[4];
-    return std::abs(((1 + e * e) * 2 * a - 2 * d * e * b + (1 + d * d) * 2 * c) /
-                    (2 * std::pow(1 + d * d + e * e, 1.5)));
+    const double curvature = ((1 + e * e) * 2 * a - 2 * d * e * b + (1 + d * d) * 2 * c) /
+                             (2 * std::pow(1 + d * d + e * e, 1.5));
+    const double deviation =
+        (z - design * fit).norm() / std::sqrt(std::max(1.0, static_cast<double>(n) - 6));
+    return {std::abs(curvature), (curvature < 0 ? -fit[5] : fit[5]) / deviation};
 }
 
 TEST(Quadric, IsTheLeastSquaresFit) {
@@ -82,9 +90,40 @@ TEST(Quadric, IsTheLeastSquaresFit) {
         std::vector<Vec3> points = patch(random, 10 + random() % 240, [&](double x, double y) {
             return 0.3 * x * x - 0.2 * x * y + 0.1 * y + uniform(random, -rough, rough);
         });
-        const double expected = mean_curvature_by_eigen(points);
+        const double expected = fit_by_eigen(points).curvature;
         ASSERT_NEAR(estimate(points), expected, 1e-8 * (1 + expected)) << "round " << round;
     }
+}
+
+TEST(Quadric, DiscountsPointsOffTheSurface) {
+    std::mt19937_64 random(8);
+    const CurvatureEstimator discounting({.estimator = Estimator::kQuadric, .discount_noise = true},
+                                         1);
+    for (int round = 0; round < 1000; ++round) {
+        const double rough = std::pow(10, uniform(random, -4, -0.7));
+        std::vector<Vec3> points = patch(random, 7 + random() % 240, [&](double x, double y) {
+            return 0.3 * x * x - 0.2 * x * y + 0.1 * y + uniform(random, -rough, rough);
+        });
+        const Fit fit = fit_by_eigen(points);
+        const double expected = fit.curvature / (1 + std::pow(fit.outside - 0.5, 2));
+        ASSERT_NEAR(discounting.mean_curvature(points), expected, 1e-5 * (1 + expected))
+            << "round " << round;
+    }
+}
+
+TEST(Quadric, APointOutsideCountsForMoreThanOneInside) {
+    std::mt19937_64 random(9);
+    const CurvatureEstimator discounting({.estimator = Estimator::kQuadric, .discount_noise = true},
+                                         1);
+    std::vector<Vec3> points = patch(random, 40, [&](double x, double y) {
+        return -0.2 * (x * x + y * y) + uniform(random, -0.01, 0.01);
+    });
+    points[0].z = 0.005;
+    const double outside = discounting.mean_curvature(points);
+    points[0].z = -0.005;
+    EXPECT_GT(outside, discounting.mean_curvature(points));
+    points[0].z = 0.05;
+    EXPECT_LT(discounting.mean_curvature(points), outside / 2);
 }
 
 TEST(Quadric, GivesTheCurvatureOfAQuadricInAnyPoseAndUnit) {

@@ -30,6 +30,9 @@ struct CurvatureParams {
     int samples =
         8;  ///< samples along each axis (N of the truncated Fourier series), even, [4, 64]
     double step = 0.8;  ///< distance of two samples over the mean spacing, (0, 10]
+    /// |H| of a point counts for less the farther it lies off its quadric, measured by the standard
+    /// deviation of its neighbours. Needs the quadric.
+    bool discount_noise = false;
 };
 
 /// Which neighbours of a kept point it stands for.
@@ -37,13 +40,18 @@ struct RangeParams {
     RangeLawKind law = RangeLawKind::kReciprocal;
     /// Range at mean curvature, cloud units, > 0; or 0, and it follows from one of the next three.
     double alpha = 0.0;
-    /// Distance by which the surface may move, cloud units, > 0: alpha = sqrt(2 tolerance / Hm).
-    /// Needs the chord law and a curvature that is true to scale.
+    /// Distance by which the surface may move, cloud units, > 0: alpha = sqrt(2 tolerance / Hm),
+    /// and points are added where that is not enough. Needs the chord law and a curvature that is
+    /// true to scale.
     double tolerance = 0;
     double ratio = 0;             ///< kept / input points, within 1 %, (0, 1]
     std::uint64_t count = 0;      ///< points to keep, within 1 %
     double min_factor = 1.0 / 3;  ///< smallest range / alpha, (0, 1]
     double max_factor = 8.0;      ///< largest range / alpha, >= 1, may be infinite
+    /// Share of the kept points that are not found by walking ranges, but added where the surface
+    /// through the others is farthest away, [0, 0.9]. With a tolerance as many are added as it
+    /// takes.
+    double repair = 0;
 };
 
 /// Where the result goes and how it is cut. `path`: an archive folder, or a file ending in .drc or

@@ -17,11 +17,11 @@
 #include "app/progress.hpp"
 #include "base/threads.hpp"
 #include "evaluate/evaluate.hpp"
-#include "evaluate/fan_surface.hpp"
 #include "knap/error.hpp"
 #include "knap/job.hpp"
 #include "knap/source.hpp"
 #include "pipeline/stage_clock.hpp"
+#include "surface/fan_surface.hpp"
 
 namespace knap::app {
 

@@ -71,6 +71,13 @@ constexpr std::array kParameters{
               .low_open = true,
               .in_result = true,
               .field = [](Job& job) -> ParameterField { return &job.curvature.step; }},
+    Parameter{.key = "curvature.discount_noise",
+              .flag = "--discount-noise",
+              .unit = "",
+              .range = "true, false",
+              .help = "count a point's curvature for less, the farther it is off its quadric",
+              .in_result = true,
+              .field = [](Job& job) -> ParameterField { return &job.curvature.discount_noise; }},
     Parameter{.key = "range.law",
               .flag = "--law",
               .unit = "",
@@ -139,6 +146,15 @@ constexpr std::array kParameters{
               .high = kInfinity,
               .in_result = true,
               .field = [](Job& job) -> ParameterField { return &job.range.max_factor; }},
+    Parameter{.key = "range.repair",
+              .flag = "--repair",
+              .unit = "",
+              .range = "0 .. 0.9",
+              .help = "share of the kept points that is added where the surface is farthest off",
+              .low = 0,
+              .high = 0.9,
+              .in_result = true,
+              .field = [](Job& job) -> ParameterField { return &job.range.repair; }},
     Parameter{.key = "output.path",
               .flag = "--output",
               .unit = "",
@@ -258,11 +274,14 @@ void apply_preset(Job& job, std::string_view name) {
         range.law = RangeLawKind::kReciprocal;
         range.min_factor = 1.0 / 3;
         range.max_factor = kInfinity;
+        range.repair = 0;
     } else if (name == "accurate") {
-        job.curvature = {.estimator = Estimator::kQuadric, .neighbours = 20};
+        job.curvature = {
+            .estimator = Estimator::kQuadric, .neighbours = 20, .discount_noise = true};
         range.law = RangeLawKind::kChord;
         range.min_factor = 0.01;
         range.max_factor = 3;
+        range.repair = 0.2;
     } else {
         throw ConfigError(fmt::format("--preset: expected paper or accurate, found \"{}\"", name));
     }
@@ -336,6 +355,11 @@ void validate(const Job& job) {
         throw ConfigError(
             fmt::format("expected one of {}, found {}", fmt::join(targets, ", "),
                         given.empty() ? "none" : fmt::format("{}", fmt::join(given, " and "))));
+    }
+    if (job.curvature.discount_noise && job.curvature.estimator != Estimator::kQuadric) {
+        throw ConfigError(
+            "curvature.discount_noise (--discount-noise): expected curvature.estimator = quadric, "
+            "found fourier");
     }
     if (job.range.tolerance > 0 &&
         (job.curvature.estimator != Estimator::kQuadric || job.range.law != RangeLawKind::kChord)) {

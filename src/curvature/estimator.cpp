@@ -16,7 +16,7 @@ std::span<const double> CurvatureEstimator::mean_curvatures(const Neighbourhoods
             break;
         case Estimator::kQuadric:
             fit_quadrics(neighbourhoods, work.axes, work.quadrics);
-            mean_curvatures_of(work.quadrics, work.axes, work.curvatures);
+            mean_curvatures_of(work.quadrics, work.axes, discount_noise_, work.curvatures);
             break;
     }
     return work.curvatures;

@@ -22,7 +22,9 @@ class CurvatureEstimator {
     /// @param spacing  mean nearest-neighbour distance of the whole archive, cloud units, >= 0;
     ///                 0 (no two points) makes every curvature 0
     CurvatureEstimator(const CurvatureParams& params, double spacing)
-        : estimator_(params.estimator), series_(params, spacing) {}
+        : estimator_(params.estimator),
+          discount_noise_(params.discount_noise),
+          series_(params, spacing) {}
 
     /// Memory that is used again from call to call.
     struct Work {
@@ -33,7 +35,8 @@ class CurvatureEstimator {
     };
 
     /// |H| at the centres of neighbourhoods, 1 / cloud unit: finite, >= 0; 0 where a neighbourhood
-    /// has fewer than 4 points or no extent. Each depends on the set of its points only.
+    /// has fewer than 4 points or no extent; less for points off their surface, if the parameters
+    /// say so. Each depends on the set of its points only.
     /// Thread-safe.
     /// @return  in `work`
     std::span<const double> mean_curvatures(const Neighbourhoods& neighbourhoods, Work& work) const;
@@ -44,6 +47,7 @@ class CurvatureEstimator {
 
   private:
     Estimator estimator_;
+    bool discount_noise_;
     FourierSeries series_;
 };
 

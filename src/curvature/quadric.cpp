@@ -34,6 +34,10 @@ static_assert(kMostNeighbourhood <= 256);
 constexpr double kSmallestExtent = 0x1p-40;
 // A pivot that is left with less than this share of its diagonal is rounding.
 constexpr double kSmallestPivot = 1e-10;
+// And so is a sum of squared residuals that is left with less than this share of that of heights.
+constexpr double kSmallestResidual = 1e-9;
+// Where a point counts in full: so many standard deviations outside. Chords cut inside.
+constexpr double kBestDeviation = 0.5;
 
 /// A neighbourhood in its frame, each axis times a power of two that makes it at most 1.
 struct Local {
@@ -49,12 +53,14 @@ struct Scales {
     HWY_ALIGN Lanes z;
 };
 
-/// Normal equations, one neighbourhood a lane: the sums of x^i y^j, and of z times the first six.
+/// Normal equations, one neighbourhood a lane: the sums of x^i y^j, of z times the first six, and
+/// of z z.
 struct Moments {
     // 1; x, y; xx, xy, yy; xxx, xxy, xyy, yyy; xxxx, xxxy, xxyy, xyyy, yyyy.
     static constexpr std::size_t kSums = 15;
     HWY_ALIGN std::array<Lanes, kSums> sums;
     HWY_ALIGN std::array<Lanes, kUnknowns> heights;
+    HWY_ALIGN Lanes squares;
 };
 
 // The place of x^i y^j in Moments::sums.
@@ -114,6 +120,7 @@ HWY_INLINE Doubles rounded(Doubles term) {
 HWY_ATTR void add_moments(const Local& local, std::size_t size, std::size_t lane, Moments& out) {
     std::array<Doubles, Moments::kSums> sums;
     std::array<Doubles, kUnknowns> heights;
+    Doubles squares = hn::Zero(kDoubles);
     sums.fill(hn::Zero(kDoubles));
     heights.fill(hn::Zero(kDoubles));
     for (std::size_t at = 0; at < size; at += hn::Lanes(kDoubles)) {
@@ -145,6 +152,7 @@ HWY_ATTR void add_moments(const Local& local, std::size_t size, std::size_t lane
         for (std::size_t i = 1; i < kUnknowns; ++i) {
             heights[i] = hn::Add(heights[i], rounded(hn::Mul(z, terms[i])));
         }
+        squares = hn::Add(squares, rounded(hn::Mul(z, z)));
     }
     out.sums[0][lane] = static_cast<double>(size);
     for (std::size_t i = 1; i < Moments::kSums; ++i) {
@@ -153,6 +161,7 @@ HWY_ATTR void add_moments(const Local& local, std::size_t size, std::size_t lane
     for (std::size_t i = 0; i < kUnknowns; ++i) {
         out.heights[i][lane] = hn::GetLane(hn::SumOfLanes(kDoubles, heights[i]));
     }
+    out.squares[lane] = hn::GetLane(hn::SumOfLanes(kDoubles, squares));
 }
 
 // Solves the normal equations by L D L', in the order 1, x, y, xx, xy, yy. An unknown whose pivot
@@ -203,15 +212,29 @@ HWY_INLINE std::array<Doubles, kUnknowns> solve(const Moments& moments) {
     return solution;
 }
 
+// Standard deviation of the points from the quadric: what least squares leaves of the heights.
+HWY_INLINE Doubles deviation(const Moments& moments, const std::array<Doubles, kUnknowns>& solution,
+                             std::size_t size) {
+    const Doubles squares = hn::Load(kDoubles, moments.squares.data());
+    Doubles left = squares;
+    for (std::size_t i = 0; i < kUnknowns; ++i) {
+        left = hn::Sub(left, hn::Mul(solution[i], hn::Load(kDoubles, moments.heights[i].data())));
+    }
+    left = hn::Max(left, hn::Mul(squares, hn::Set(kDoubles, kSmallestResidual)));
+    const std::size_t freedom = size > kUnknowns ? size - kUnknowns : 1;
+    return hn::Sqrt(hn::Div(left, hn::Set(kDoubles, static_cast<double>(freedom))));
+}
+
 // Back to cloud units.
-HWY_INLINE void store(const std::array<Doubles, kUnknowns>& solution, const Scales& scales,
-                      std::size_t first, Quadrics& result) {
+HWY_INLINE void store(const std::array<Doubles, kUnknowns>& solution, Doubles deviation,
+                      const Scales& scales, std::size_t first, Quadrics& result) {
     const Doubles x = hn::Load(kDoubles, scales.x.data());
     const Doubles y = hn::Load(kDoubles, scales.y.data());
     const Doubles z = hn::Load(kDoubles, scales.z.data());
     const auto put = [&](Quadrics::Coefficient which, Doubles value) HWY_ATTR {
         hn::StoreU(hn::Div(value, z), kDoubles, &result.of[which][first]);
     };
+    hn::StoreU(hn::Div(deviation, z), kDoubles, &result.deviations[first]);
     put(Quadrics::kOne, solution[0]);
     put(Quadrics::kX, hn::Mul(solution[1], x));
     put(Quadrics::kY, hn::Mul(solution[2], y));
@@ -236,11 +259,13 @@ HWY_ATTR void fit(const Neighbourhoods& of, const PrincipalAxes& frames, Quadric
         for (std::size_t lane = last - first; lane < lanes; ++lane) {
             scales.x[lane] = scales.y[lane] = scales.z[lane] = 1;
         }
-        store(solve(moments), scales, first, result);
+        const std::array<Doubles, kUnknowns> solution = solve(moments);
+        store(solution, deviation(moments, solution, of.size), scales, first, result);
     }
 }
 
-HWY_ATTR void quadric_curvatures(const Quadrics& quadrics, std::size_t count, double* result) {
+HWY_ATTR void quadric_curvatures(const Quadrics& quadrics, std::size_t count, bool discounted,
+                                 double* result) {
     const std::size_t lanes = hn::Lanes(kDoubles);
     const Doubles one = hn::Set(kDoubles, 1.0);
     const Doubles zero = hn::Zero(kDoubles);
@@ -257,8 +282,18 @@ HWY_ATTR void quadric_curvatures(const Quadrics& quadrics, std::size_t count, do
         const Doubles along = hn::Add(hn::Mul(hn::Add(one, ee), a), hn::Mul(hn::Add(one, dd), c));
         const Doubles across = hn::Mul(hn::Mul(d, e), b);
         const Doubles steepness = hn::Add(hn::Add(one, dd), ee);
-        const Doubles h =
-            hn::Abs(hn::Div(hn::Sub(along, across), hn::Mul(steepness, hn::Sqrt(steepness))));
+        Doubles h = hn::Div(hn::Sub(along, across), hn::Mul(steepness, hn::Sqrt(steepness)));
+        if (discounted) {
+            // Where the surface bends up, outside is below it.
+            const Doubles outside = hn::IfThenElse(hn::Lt(h, zero), hn::Neg(load(Quadrics::kOne)),
+                                                   load(Quadrics::kOne));
+            const Doubles deviation = hn::LoadU(kDoubles, &quadrics.deviations[i]);
+            const Doubles off =
+                hn::Sub(hn::IfThenElseZero(hn::Gt(deviation, zero), hn::Div(outside, deviation)),
+                        hn::Set(kDoubles, kBestDeviation));
+            h = hn::Div(h, hn::Add(one, hn::Mul(off, off)));
+        }
+        h = hn::Abs(h);
         HWY_ALIGN Lanes found;
         hn::Store(hn::IfThenElse(hn::IsFinite(h), h, zero), kDoubles, found.data());
         std::copy_n(found.begin(), std::min(lanes, count - i), result + i);
@@ -278,6 +313,7 @@ void Quadrics::resize(std::size_t count) {
     for (std::vector<double>& values : of) {
         values.resize(count + Neighbourhoods::kPadding);
     }
+    deviations.resize(count + Neighbourhoods::kPadding);
 }
 
 void fit_quadrics(const Neighbourhoods& neighbourhoods, const PrincipalAxes& axes,
@@ -286,9 +322,10 @@ void fit_quadrics(const Neighbourhoods& neighbourhoods, const PrincipalAxes& axe
     HWY_DYNAMIC_DISPATCH(fit)(neighbourhoods, axes, result);
 }
 
-void mean_curvatures_of(const Quadrics& quadrics, const PrincipalAxes& axes,
+void mean_curvatures_of(const Quadrics& quadrics, const PrincipalAxes& axes, bool discounted,
                         std::span<double> result) {
-    HWY_DYNAMIC_DISPATCH(quadric_curvatures)(quadrics, result.size(), result.data());
+    HWY_DYNAMIC_DISPATCH(quadric_curvatures)
+    (quadrics, result.size(), discounted, result.data());
     for (std::size_t i = 0; i < result.size(); ++i) {
         result[i] = axes.largest[i] > 0 ? result[i] : 0;
     }

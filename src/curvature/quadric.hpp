@@ -16,6 +16,8 @@ struct Quadrics {
     static constexpr std::size_t kCoefficients = 6;
 
     std::array<std::vector<double>, kCoefficients> of;  ///< of[coefficient][i]: of neighbourhood i
+    /// Standard deviation of the points' heights from the quadric, cloud units, >= 0.
+    std::vector<double> deviations;
 
     /// Makes room, for a vector more than asked for; contents are undefined.
     void resize(std::size_t count);
@@ -34,8 +36,11 @@ void fit_quadrics(const Neighbourhoods& neighbourhoods, const PrincipalAxes& axe
 ///
 ///     H = ((1 + e^2) 2a - 2 d e b + (1 + d^2) 2c) / (2 (1 + d^2 + e^2)^(3/2))
 ///
-/// @param result  one value a neighbourhood, 1 / cloud unit, finite, >= 0; 0 without extent
-void mean_curvatures_of(const Quadrics& quadrics, const PrincipalAxes& axes,
+/// @param discounted  divide it by 1 + (t - 1/2)^2, where the point lies t standard deviations off
+///                    the quadric, on the convex side if t > 0: of points on one noisy surface,
+///                    those come first that lie on it, or slightly outside, as chords cut inside
+/// @param result      one value a neighbourhood, 1 / cloud unit, finite, >= 0; 0 without extent
+void mean_curvatures_of(const Quadrics& quadrics, const PrincipalAxes& axes, bool discounted,
                         std::span<double> result);
 
 }  // namespace knap

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "base/exact_sum.hpp"
-#include "evaluate/surface.hpp"
+#include "surface/surface.hpp"
 
 namespace knap {
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "evaluate/deviation.hpp"
-#include "evaluate/surface.hpp"
 #include "knap/geometry.hpp"
+#include "surface/surface.hpp"
 
 namespace knap {
 

@@ -3,7 +3,7 @@
 #include <memory>
 #include <span>
 
-#include "evaluate/surface.hpp"
+#include "surface/surface.hpp"
 
 namespace knap {
 

@@ -65,6 +65,9 @@ class MergeFiles {
     /// What attempts have left.
     void remove_open();
 
+    /// Points of a block of open runs.
+    std::size_t block_points() const;
+
   private:
     SettledPart load(std::size_t brick, std::uint64_t open_points) const;
     std::unique_ptr<RankedStream> keep(std::size_t brick, std::span<const RankedPoint> kept,
@@ -76,7 +79,6 @@ class MergeFiles {
     std::filesystem::path walked_path() const;
     void remove(const std::filesystem::path& path);
     void remove_runs(std::size_t brick);
-    std::size_t block_points() const;
 
     ScratchFolder& scratch_;
     JobLog& log_;

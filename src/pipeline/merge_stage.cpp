@@ -11,14 +11,13 @@
 #include "base/threads.hpp"
 #include "merge/alpha_search.hpp"
 #include "merge/range_law.hpp"
+#include "pipeline/repair.hpp"
 
 namespace knap {
 
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr const char* kSelectionFile = "selection";
 
 class Merging {
   public:
@@ -27,7 +26,7 @@ class Merging {
 
     Merged run() {
         Merged merged;
-        if (const auto* before = stage_.log.find("merge", kSelectionFile)) {
+        if (const auto* before = stage_.log.find("merge", kMergedFile)) {
             advance_(stage_.ranked.points);
             merged.result = {Selection::load(file()), before->at("kept"),
                              before->at("represented")};
@@ -36,8 +35,10 @@ class Merging {
             merged = is_search() ? search() : merge_once();
             save(merged);
         }
-        if (is_search()) {
-            tell_miss(merged.result.kept);
+        if (!repairs(stage_.range)) {
+            tell_miss(stage_.range, stage_.table.points(), merged.result.kept, stage_.note);
+        }
+        if (runs_stay()) {
             stage_.files.remove_open();
             merged.runs = stage_.files.ranked_runs();
         } else {
@@ -51,12 +52,21 @@ class Merging {
     double given_alpha() const {
         return with_alpha(stage_.range, stage_.ranked.mean_curvature).alpha;
     }
-    bool is_search() const { return wanted_points(stage_.range, stage_.table.points()) > 0; }
-    fs::path file() const { return stage_.scratch.path() / kSelectionFile; }
+    std::uint64_t wanted() const {
+        return wanted_before_repair(stage_.range,
+                                    wanted_points(stage_.range, stage_.table.points()));
+    }
+    bool is_search() const { return wanted() > 0; }
+    bool runs_stay() const { return is_search() || repairs(stage_.range); }
+    fs::path file() const { return stage_.scratch.path() / kMergedFile; }
 
     Merged merge_once() {
         const RangeParams range = with_alpha(stage_.range, stage_.ranked.mean_curvature);
         MergeRequest request = request_for(range);
+        if (runs_stay()) {
+            request.on_settled = stage_.files.attempt_keeper();
+            return {merge(stage_.files.parts(), request, advance_), range.alpha, {}};
+        }
         request.on_settled = stage_.files.keeper();
         request.on_walked = stage_.files.walk_keeper();
         MergeResult result = merge(stage_.files.parts(), request, advance_);
@@ -71,7 +81,7 @@ class Merging {
                             .mean_curvature = ranked.mean_curvature,
                             .spacing = ranked.spacing,
                             .points = ranked.points,
-                            .wanted = wanted_points(stage_.range, stage_.table.points())},
+                            .wanted = wanted()},
                            sample());
         Merged merged;
         for (std::size_t attempt = 0; !search.done(); ++attempt) {
@@ -96,16 +106,6 @@ class Merging {
         }
         advance_(ranked.points);
         return merged;
-    }
-
-    void tell_miss(std::uint64_t kept) const {
-        const std::uint64_t wanted = wanted_points(stage_.range, stage_.table.points());
-        const auto reached = static_cast<double>(kept);
-        const auto asked = static_cast<double>(wanted);
-        if (std::abs(reached - asked) > 0.01 * asked) {
-            stage_.note(fmt::format("{} points were to be kept, {} are: no alpha comes nearer",
-                                    wanted, kept));
-        }
     }
 
     // Of the ranked points, those that the search looks at, in the method's order.
@@ -145,7 +145,7 @@ class Merging {
         if (is_search()) {
             record["alpha"] = merged.alpha;
         }
-        stage_.log.record("merge", kSelectionFile, record);
+        stage_.log.record("merge", kMergedFile, record);
     }
 
     const MergeStage& stage_;
@@ -153,6 +153,16 @@ class Merging {
 };
 
 }  // namespace
+
+void tell_miss(const RangeParams& range, std::uint64_t points, std::uint64_t kept,
+               const std::function<void(const std::string&)>& note) {
+    const std::uint64_t wanted = wanted_points(range, points);
+    const auto reached = static_cast<double>(kept);
+    const auto asked = static_cast<double>(wanted);
+    if (wanted > 0 && std::abs(reached - asked) > 0.01 * asked) {
+        note(fmt::format("{} points were to be kept, {} are: no alpha comes nearer", wanted, kept));
+    }
+}
 
 Merged merge_archive(const MergeStage& stage, const std::function<void(std::uint64_t)>& advance) {
     return Merging(stage, advance).run();

@@ -34,6 +34,14 @@ struct MergeStage {
     std::function<void(const std::string&)> note;
 };
 
+/// The selection, in the scratch folder and in the log.
+constexpr const char* kMergedFile = "selection";
+
+/// Tells where a number of points that was wanted is missed by more than 1 %.
+/// @param points  of the input
+void tell_miss(const RangeParams& range, std::uint64_t points, std::uint64_t kept,
+               const std::function<void(const std::string&)>& note);
+
 /// Marks ranges over the archive; where a number of points is wanted, as often as it takes to find
 /// the alpha for it. What is done is in the log, and is not done again.
 /// @param advance  told the points that were decided; each counts once

@@ -21,6 +21,8 @@
 #include "pipeline/job_log.hpp"
 #include "pipeline/merge_stage.hpp"
 #include "pipeline/rank_log.hpp"
+#include "pipeline/repair.hpp"
+#include "pipeline/repair_stage.hpp"
 #include "pipeline/sources.hpp"
 #include "pipeline/stage_clock.hpp"
 #include "pipeline/survey_record.hpp"
@@ -71,17 +73,23 @@ class Pipeline {
                              [&](std::size_t brick, const std::string& why) {
                                  return maker.rank(brick, ranked.spacing, why);
                              });
-            const Merged merged = clock_.time("merge", ranked.points, [&](const auto& advance) {
-                return merge_archive({.range = job_.range,
-                                      .table = bricks.table,
-                                      .ranked = ranked,
-                                      .files = files,
-                                      .scratch = scratch_,
-                                      .log = log_,
-                                      .budget_bytes = beside_selection(bricks.table),
-                                      .note = [&](const std::string& note) { clock_.note(note); }},
-                                     advance);
+            const MergeStage stage{.range = job_.range,
+                                   .table = bricks.table,
+                                   .ranked = ranked,
+                                   .files = files,
+                                   .scratch = scratch_,
+                                   .log = log_,
+                                   .budget_bytes = beside_selection(bricks.table),
+                                   .note = [&](const std::string& note) { clock_.note(note); }};
+            Merged merged = clock_.time("merge", ranked.points, [&](const auto& advance) {
+                return merge_archive(stage, advance);
             });
+            if (repairs(job_.range)) {
+                clock_.time("repair", ranked.points, [&](const auto& advance) {
+                    repair_archive(stage, merged, advance);
+                    return merged.result.kept;
+                });
+            }
             Report report = emit_all(bricks.table, ranked, merged);
             scratch_.keep(false);
             return report;

@@ -1,9 +1,12 @@
 #include "knap/simplify.hpp"
 
 #include <algorithm>
+#include <array>
 #include <iterator>
 #include <limits>
 #include <memory>
+#include <optional>
+#include <string>
 #include <utility>
 
 #include "base/extent.hpp"
@@ -11,6 +14,7 @@
 #include "merge/alpha_search.hpp"
 #include "merge/merge.hpp"
 #include "merge/range_law.hpp"
+#include "pipeline/repair.hpp"
 #include "rank/brick_blocks.hpp"
 #include "rank/curvature_pass.hpp"
 #include "rank/spacing.hpp"
@@ -57,7 +61,7 @@ MergeResult mark(const std::vector<RankedPoint>& order, const RangeParams& asked
                  SimplifyResult& of, const Box& box) {
     RangeParams range = with_alpha(asked, of.mean_curvature);
     of.alpha = range.alpha;
-    const std::uint64_t wanted = wanted_points(asked, of.counts.in);
+    const std::uint64_t wanted = wanted_before_repair(asked, wanted_points(asked, of.counts.in));
     if (wanted == 0) {
         return merge_all(order, range, of, box);
     }
@@ -78,6 +82,62 @@ MergeResult mark(const std::vector<RankedPoint>& order, const RangeParams& asked
         search.told(of.alpha, merged.kept);
     }
     return merged;
+}
+
+/// The whole cloud as one part.
+class RepairInMemory final : public RepairStore {
+  public:
+    RepairInMemory(const std::vector<RankedPoint>& order, const Box& box, Selection base)
+        : order_(order), box_(box), base_(std::move(base)) {}
+
+    std::size_t parts() const override { return 1; }
+    Box box(std::size_t /*part*/) const override { return box_; }
+    std::uint64_t points(std::size_t /*part*/) const override { return order_.size(); }
+    std::vector<RankedPoint> read(std::size_t /*part*/,
+                                  const std::function<bool(const RankedPoint&)>& wanted) override {
+        std::vector<RankedPoint> points;
+        std::copy_if(order_.begin(), order_.end(), std::back_inserter(points), wanted);
+        return points;
+    }
+    void put(std::size_t /*part*/, Kind kind, std::vector<RankedPoint> points) override {
+        runs_.at(kind) = std::move(points);
+    }
+    std::unique_ptr<RankedStream> stream(std::size_t /*part*/, Kind kind) override {
+        return std::make_unique<RunInMemory>(runs_.at(kind));
+    }
+    Selection base() override { return base_; }
+    void save(const RepairState& /*state*/) override {}
+    std::optional<RepairState> saved() override { return std::nullopt; }
+    void save_suspects(std::size_t /*part*/, const RepairState& /*state*/) override {}
+    bool has_suspects(std::size_t /*part*/, const RepairState& /*state*/) override { return false; }
+
+  private:
+    const std::vector<RankedPoint>& order_;
+    Box box_;
+    Selection base_;
+    std::array<std::vector<RankedPoint>, 4> runs_;
+};
+
+void add_to(MergeResult& merged, const std::vector<RankedPoint>& order, const RangeParams& asked,
+            const SimplifyResult& of, const Box& box) {
+    const std::uint64_t counted = merged.kept + merged.represented;
+    const std::uint64_t wanted = wanted_points(asked, of.counts.in);
+    RepairRequest request;
+    request.range = asked;
+    request.range.alpha = of.alpha;
+    request.kept = merged.kept;
+    request.wanted = wanted > 0 ? wanted : wanted_after_repair(asked, merged.kept);
+    request.points = counted;
+    request.ids = of.counts.in;
+    request.spacing = of.spacing;
+    request.box = box;
+    request.budget_bytes = kNoLimit;
+    request.note = [](const std::string&) {};
+    RepairInMemory store(order, box, std::move(merged.selection));
+    RepairState state = repair(store, request, [](std::uint64_t) {});
+    merged.selection = std::move(state.selection);
+    merged.kept = state.kept;
+    merged.represented = counted - state.kept;
 }
 
 }  // namespace
@@ -117,7 +177,10 @@ SimplifyResult simplify(std::span<const Vec3> points, const SimplifyParams& para
     result.mean_curvature =
         counted == 0 ? 0 : ranked.curvature_sum.value() / static_cast<double>(counted);
 
-    const MergeResult merged = mark(order, params.range, result, box);
+    MergeResult merged = mark(order, params.range, result, box);
+    if (repairs(params.range)) {
+        add_to(merged, order, params.range, result, box);
+    }
     result.counts.kept = merged.kept;
     result.counts.represented = merged.represented;
     result.kept.reserve(merged.kept);

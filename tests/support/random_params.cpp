@@ -21,6 +21,8 @@ SimplifyParams random_params(std::mt19937_64& random, const std::vector<Vec3>& c
     const double diagonal = box.empty() ? 0 : box.diagonal();
     SimplifyParams params;
     params.curvature.estimator = pick(0, 2) == 0 ? Estimator::kQuadric : Estimator::kFourier;
+    params.curvature.discount_noise =
+        params.curvature.estimator == Estimator::kQuadric && pick(0, 1) == 0;
     params.range.law = pick(0, 2) == 0 ? RangeLawKind::kChord : RangeLawKind::kReciprocal;
     params.curvature.neighbours = pick(0, 1) == 0 ? 30 : pick(3, 60);
     params.curvature.samples = pick(0, 2) == 0 ? 2 * pick(2, 12) : 8;

@@ -13,6 +13,9 @@ class Surface {
         double distance = 0;  ///< to the surface, cloud units, >= 0
         /// Signed, to the plane of the nearest facet; NaN where the surface has no facets.
         double to_plane = std::numeric_limits<double>::quiet_NaN();
+        /// Points of the simplified cloud that are farther than this from p make no difference to
+        /// the rest; cloud units, infinite where it is not known.
+        double reach = std::numeric_limits<double>::infinity();
     };
 
     virtual ~Surface() = default;

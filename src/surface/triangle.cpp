@@ -1,4 +1,4 @@
-#include "evaluate/triangle.hpp"
+#include "surface/triangle.hpp"
 
 #include <algorithm>
 

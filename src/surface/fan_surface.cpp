@@ -1,15 +1,17 @@
-#include "evaluate/fan_surface.hpp"
+#include "surface/fan_surface.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <numeric>
 #include <utility>
 
 #include "base/threads.hpp"
 #include "curvature/neighbourhoods.hpp"
 #include "curvature/principal_axes.hpp"
-#include "evaluate/triangle.hpp"
 #include "knap/error.hpp"
+#include "surface/triangle.hpp"
 
 namespace knap {
 
@@ -133,14 +135,19 @@ bool make_fan(const std::vector<Vec3>& points, std::size_t i,
 
 }  // namespace
 
-FanSurface::FanSurface(std::vector<Vec3> points) : points_(std::move(points)) {
+FanSurface::FanSurface(std::vector<Vec3> points)
+    : FanSurface(std::move(points), {}, std::numeric_limits<double>::infinity()) {}
+
+FanSurface::FanSurface(std::vector<Vec3> points, std::vector<PointId> ids, double farthest)
+    : points_(std::move(points)), ids_(std::move(ids)), farthest_(farthest) {
     if (points_.empty()) {
         throw ConfigError("evaluate: expected a simplified cloud with points, found none");
     }
-    ids_.resize(points_.size());
-    for (std::size_t i = 0; i < ids_.size(); ++i) {
-        ids_[i] = i;
+    if (ids_.empty()) {
+        ids_.resize(points_.size());
+        std::iota(ids_.begin(), ids_.end(), PointId{0});
     }
+    reaches_.resize(points_.size());
     search_ = std::make_unique<NeighbourSearch>(points_, ids_);
     std::vector<std::vector<std::uint32_t>> rims((points_.size() + kGrain - 1) / kGrain);
     begins_.resize(points_.size() + 1);
@@ -150,7 +157,7 @@ FanSurface::FanSurface(std::vector<Vec3> points) : points_(std::move(points)) {
             const std::size_t end = std::min((part + 1) * kGrain, points_.size());
             for (std::size_t i = part * kGrain; i < end; ++i) {
                 const std::size_t before = rims[part].size();
-                add_fan(i, neighbours, rims[part]);
+                reaches_[i] = add_fan(i, neighbours, rims[part]);
                 begins_[i + 1] = rims[part].size() - before;
             }
         }
@@ -164,30 +171,50 @@ FanSurface::FanSurface(std::vector<Vec3> points) : points_(std::move(points)) {
     }
 }
 
-void FanSurface::add_fan(std::size_t i, std::vector<Neighbour>& neighbours,
-                         std::vector<std::uint32_t>& out) const {
+double FanSurface::add_fan(std::size_t i, std::vector<Neighbour>& neighbours,
+                           std::vector<std::uint32_t>& out) const {
     const std::size_t before = out.size();
     for (std::size_t k = kNeighbours; k <= kMostNeighbours; k *= 2) {
-        search_->nearest(points_[i], i, k, neighbours);
+        search_->nearest(points_[i], ids_[i], k, neighbours, farthest_ * farthest_);
+        if (neighbours.empty()) {
+            break;
+        }
         out.resize(before);
-        if (make_fan(points_, i, neighbours, out) || neighbours.size() < k) {
-            return;
+        const bool certain = make_fan(points_, i, neighbours, out);
+        if (neighbours.size() < k) {
+            break;
+        }
+        if (certain || 2 * k > kMostNeighbours) {
+            return std::sqrt(neighbours.back().squared_distance);
         }
     }
+    return farthest_;
 }
 
-Surface::Nearest FanSurface::nearest(const Vec3& p) const {
+Surface::Nearest FanSurface::nearest(const Vec3& p, double enough) const {
+    constexpr PointId kNoPoint = std::numeric_limits<PointId>::max();
     thread_local std::vector<Neighbour> near;
-    search_->nearest(p, ids_.size(), kFans, near);
-    double best = near.front().squared_distance;
-    for (const Neighbour& centre : near) {
-        for (std::size_t at = begins_[centre.index]; at < begins_[centre.index + 1]; at += 2) {
-            best = std::min(
-                best, squared_distance_to_triangle(p, points_[centre.index], points_[rim_[at]],
-                                                   points_[rim_[at + 1]]));
-        }
+    search_->nearest(p, kNoPoint, kFans, near, farthest_ * farthest_);
+    if (near.empty()) {
+        return {.distance = std::numeric_limits<double>::infinity(), .reach = farthest_};
     }
-    return {.distance = std::sqrt(best)};
+    const double enough_squared = enough < 0 ? -1 : enough * enough;
+    double best = near.front().squared_distance;
+    double reach = std::sqrt(best);
+    for (std::size_t at = 0; at < near.size() && best > enough_squared; ++at) {
+        const std::uint32_t centre = near[at].index;
+        for (std::size_t of = begins_[centre]; of < begins_[centre + 1]; of += 2) {
+            best =
+                std::min(best, squared_distance_to_triangle(p, points_[centre], points_[rim_[of]],
+                                                            points_[rim_[of + 1]]));
+        }
+        reach = std::max(reach, std::sqrt(near[at].squared_distance) + reaches_[centre]);
+    }
+    if (best > enough_squared) {
+        reach = std::max(reach,
+                         near.size() < kFans ? farthest_ : std::sqrt(near.back().squared_distance));
+    }
+    return {.distance = std::sqrt(best), .reach = reach};
 }
 
 }  // namespace knap
