@@ -74,6 +74,12 @@ std::string hex(const Colour& colour) {
     return fmt::format("#{:02x}{:02x}{:02x}", colour[0], colour[1], colour[2]);
 }
 
+/// Three digits, without an exponent where that is as short.
+std::string short_number(double value) {
+    return value >= 1000 && value < 1e6 ? fmt::format("{:.0f}", value)
+                                        : fmt::format("{:.3g}", value);
+}
+
 std::string format_legend(const ReportPage& page) {
     constexpr int kStops = 16;
     constexpr int kTicks = 4;
@@ -87,19 +93,19 @@ std::string format_legend(const ReportPage& page) {
                             hex(to_screen(map_colour(place))));
     }
     text +=
-        "</linearGradient></defs><rect x=\"30\" y=\"4\" width=\"500\" height=\"14\" rx=\"2\" "
+        "</linearGradient></defs><rect x=\"50\" y=\"4\" width=\"460\" height=\"14\" rx=\"2\" "
         "fill=\"url(#map)\"/>";
     for (int i = 0; i <= kTicks && colours.high > colours.low; ++i) {
         const std::uint32_t code = colours.low + (colours.high - colours.low) * i / kTicks;
-        const double x = 30 + 500.0 * i / kTicks;
+        const double x = 50 + 460.0 * i / kTicks;
         text += fmt::format(
             "<line class=\"tick\" x1=\"{0}\" x2=\"{0}\" y1=\"18\" y2=\"23\"/><text x=\"{0}\" "
-            "y=\"36\" text-anchor=\"middle\">{1}{2:.3g}</text>",
+            "y=\"36\" text-anchor=\"middle\">{1}{2}</text>",
             x,
             i == 0        ? "≤ "
             : i == kTicks ? "≥ "
                           : "",
-            page.scale.curvature_of(code));
+            short_number(page.scale.curvature_of(code)));
     }
     return text +
            "<text class=\"axis\" x=\"280\" y=\"54\" text-anchor=\"middle\">mean curvature |H|, 1 / "
