@@ -60,6 +60,7 @@ step = 0.001
 tile_points = 5000
 ids = "ids.txt"
 overwrite = true
+report = true
 [resources]
 memory = "1.5GiB"
 threads = 3
@@ -83,6 +84,7 @@ brick_points = 12345
     EXPECT_EQ(job.output.tile_points, 5000U);
     EXPECT_EQ(job.output.ids, "ids.txt");
     EXPECT_TRUE(job.output.overwrite);
+    EXPECT_TRUE(job.output.report);
     EXPECT_EQ(job.resources.memory_bytes, std::uint64_t{3} << 29);
     EXPECT_EQ(job.resources.threads, 3);
     EXPECT_EQ(job.resources.scratch, "/tmp");

@@ -74,15 +74,13 @@ TEST(Suggest, FindsWhatWasMeant) {
 
 TEST(JobOptions, EveryParameterHasItsFlag) {
     const Job job = simplify_job(
-        {"a.ply",        "b.ply",     "--estimator",  "quadric",       "--neighbours",
-         "20",           "--samples", "16",           "--sample-step", "0.5",
-         "--law",        "chord",     "--alpha",      "0.4",           "--tolerance",
-         "0.5",          "--ratio",   "0.6",          "--count",       "7",
-         "--min-factor", "0.1",       "--max-factor", "inf",           "-o",
-         "out",          "--step",    "0.001",        "--tile-points", "5000",
-         "--ids",        "ids.txt",   "--overwrite",  "--memory",      "1GiB",
-         "--threads",    "3",         "--scratch",    "/tmp",          "--brick-points",
-         "12345"});
+        {"a.ply",     "b.ply",   "--estimator",   "quadric",  "--neighbours",   "20",
+         "--samples", "16",      "--sample-step", "0.5",      "--law",          "chord",
+         "--alpha",   "0.4",     "--tolerance",   "0.5",      "--ratio",        "0.6",
+         "--count",   "7",       "--min-factor",  "0.1",      "--max-factor",   "inf",
+         "-o",        "out",     "--step",        "0.001",    "--tile-points",  "5000",
+         "--ids",     "ids.txt", "--overwrite",   "--report", "--memory",       "1GiB",
+         "--threads", "3",       "--scratch",     "/tmp",     "--brick-points", "12345"});
     EXPECT_THAT(job.input, ElementsAre("a.ply", "b.ply"));
     const Job defaults;
     for (const Parameter& parameter : parameters()) {

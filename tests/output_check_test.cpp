@@ -43,6 +43,16 @@ class Output : public testing::Test {
     fs::path folder_ = scratch_.path();
 };
 
+TEST_F(Output, AnArchiveMayHoldAReport) {
+    make_archive(folder_ / "archive");
+    write_text_file(folder_ / "archive" / "report.html", "<html>");
+    write_text_file(folder_ / "archive" / "report.html.partial", "<ht");
+    EXPECT_TRUE(holds_only_archive(folder_ / "archive"));
+    EXPECT_EQ(report_path((folder_ / "archive").string() + "/"),
+              folder_ / "archive" / "report.html");
+    EXPECT_EQ(report_path((folder_ / "out.ply").string()), folder_ / "out.ply.report.html");
+}
+
 TEST_F(Output, ThatDoesNotExistIsFineAndTheCheckLeavesNothing) {
     for (const char* name : {"archive", "archive/", "one.drc", "one.PLY"}) {
         EXPECT_NO_THROW(check_output(params(name))) << name;

@@ -26,6 +26,7 @@ struct Counts {
 struct StageReport {
     std::string name;
     double seconds = 0;
+    double cpu_seconds = 0;    ///< of all threads of the process
     std::uint64_t points = 0;  ///< points that went through the stage
 };
 

@@ -62,6 +62,7 @@ struct OutputParams {
     std::uint64_t tile_points = 100000;  ///< most points in a tile, [1000, 10000000]
     std::string ids;                     ///< also write the kept ids to this file; empty: do not
     bool overwrite = false;              ///< replace an output that exists
+    bool report = false;                 ///< also write report.html
 };
 
 /// What the job may use. Nothing here changes the result.

@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,12 +16,16 @@
 #include "app/interrupt.hpp"
 #include "app/options.hpp"
 #include "app/progress.hpp"
+#include "base/file.hpp"
 #include "base/threads.hpp"
+#include "emit/output_check.hpp"
 #include "evaluate/evaluate.hpp"
+#include "knap/archive.hpp"
 #include "knap/error.hpp"
 #include "knap/job.hpp"
 #include "knap/source.hpp"
 #include "pipeline/stage_clock.hpp"
+#include "report/error_section.hpp"
 #include "surface/fan_surface.hpp"
 
 namespace knap::app {
@@ -34,6 +39,7 @@ struct EvaluateOptions {
     std::string simplified;
     std::string surface = "fans";
     int threads = 0;
+    bool report = false;
     ProgressOptions progress;
 };
 
@@ -79,6 +85,37 @@ void run_mesh_program(const EvaluateOptions& options, const std::vector<fs::path
     }
 }
 
+/// The report of a simplified cloud.
+/// @throws ConfigError if there is none
+std::string read_report(const EvaluateOptions& options) {
+    const fs::path path = report_path(options.simplified);
+    if (!fs::exists(path)) {
+        throw ConfigError(fmt::format(
+            "--report: expected {}, which knap run --report writes, found none", path.string()));
+    }
+    return read_text_file(path);
+}
+
+void put_into_report(const EvaluateOptions& options, const Evaluation& found) {
+    std::error_code ignored;
+    const bool is_archive = fs::is_directory(options.simplified, ignored);
+    const std::optional<std::string> page = replace_error_section(
+        read_report(options),
+        {.original = options.original,
+         .points = found.deviation.points,
+         .mean = found.deviation.mean,
+         .rms = found.deviation.rms,
+         .p99 = found.deviation.p99,
+         .max = found.deviation.max,
+         .diagonal = found.box.diagonal(),
+         .spacing = is_archive ? Archive(options.simplified).manifest().spacing : 0});
+    if (!page) {
+        throw InputError(fmt::format("{}: expected a report of knap with a place for the error",
+                                     report_path(options.simplified).string()));
+    }
+    write_text_file(report_path(options.simplified), *page);
+}
+
 void evaluate_by_fans(const EvaluateOptions& options, const std::vector<fs::path>& originals) {
     const ThreadLimit limit(thread_count(options.threads));
     const std::unique_ptr<Progress> progress = make_progress(options.progress);
@@ -93,6 +130,9 @@ void evaluate_by_fans(const EvaluateOptions& options, const std::vector<fs::path
     });
     print_line(describe_header());
     print_line(describe("fans", found));
+    if (options.report) {
+        put_into_report(options, found);
+    }
 }
 
 }  // namespace
@@ -116,6 +156,8 @@ Command add_evaluate(CLI::App& root) {
         ->capture_default_str();
     command->add_option("--threads", options->threads, "threads; 0: one a core")
         ->type_name("INTEGER");
+    command->add_flag("--report", options->report,
+                      "also put the error into the report of SIMPLIFIED");
     add_progress_options(*command, options->progress);
     command->footer(
         "Prints mean, root mean square, 99th percentile and largest distance from the original\n"
@@ -132,6 +174,12 @@ Command add_evaluate(CLI::App& root) {
                 if (options->threads < 0 || options->threads > 1024) {
                     throw ConfigError(
                         fmt::format("--threads: expected 0 .. 1024, found {}", options->threads));
+                }
+                if (options->report && !fans) {
+                    throw ConfigError("--report: expected --surface fans or both, found mesh");
+                }
+                if (options->report) {
+                    read_report(*options);
                 }
                 if (mesh && !fs::exists(mesh_program())) {
                     throw ConfigError(

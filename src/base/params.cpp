@@ -192,6 +192,12 @@ constexpr std::array kParameters{
               .range = "true, false",
               .help = "replace an output that exists",
               .field = [](Job& job) -> ParameterField { return &job.output.overwrite; }},
+    Parameter{.key = "output.report",
+              .flag = "--report",
+              .unit = "",
+              .range = "true, false",
+              .help = "also write report.html: pictures, histograms, counts, cost",
+              .field = [](Job& job) -> ParameterField { return &job.output.report; }},
     Parameter{
         .key = "resources.memory",
         .flag = "--memory",

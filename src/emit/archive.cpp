@@ -72,7 +72,7 @@ void check_sums(const fs::path& file, const Manifest& manifest) {
 }
 
 void check_no_strays(const fs::path& folder, const Manifest& manifest) {
-    std::set<std::string> named{std::string(kManifestName)};
+    std::set<std::string> named{std::string(kManifestName), std::string(kReportName)};
     for (const ManifestTile& tile : manifest.tiles) {
         if (!named.insert(tile.file).second) {
             throw InputError(fmt::format("{}: tiles: expected each file once, found {} twice",

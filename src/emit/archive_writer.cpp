@@ -109,6 +109,11 @@ std::uint64_t ArchiveWriter::finish() {
     write_manifest(folder_.path(), manifest_);
     std::error_code error;
     bytes += std::filesystem::file_size(folder_.path() / kManifestName, error);
+    // An earlier run of the job may have been stopped just here.
+    std::filesystem::remove(folder_.path() / kReportName, error);
+    if (output_.on_whole) {
+        output_.on_whole(folder_.path(), manifest_.tiles.size(), bytes);
+    }
     folder_.commit(output_.overwrite);
     return bytes;
 }

@@ -21,6 +21,9 @@ struct ArchiveOutput {
     bool overwrite = false;         ///< replace an archive that exists
     int threads = 1;                ///< >= 1
     TileLog tiles = {};             ///< of this output, from an earlier run
+    /// Told when all but the folder's name is there: the folder, tiles, bytes.
+    std::function<void(const std::filesystem::path&, std::uint64_t, std::uint64_t)> on_whole =
+        nullptr;
     /// Called now and then, from any thread; may throw to stop the work.
     std::function<void()> poll = [] {};
 };

@@ -199,11 +199,17 @@ EmitResult emit_archive(const KeptPoints& kept, const EmitRequest& request) {
         const std::scoped_lock lock(polling);
         request.advance(0);
     };
-    ArchiveWriter writer(std::move(manifest), {.folder = output_path(request.output.path),
+    const std::filesystem::path path = output_path(request.output.path);
+    const auto on_whole = [&](const std::filesystem::path& folder, std::uint64_t tiles,
+                              std::uint64_t bytes) {
+        request.on_whole({path, tiles, bytes}, folder);
+    };
+    ArchiveWriter writer(std::move(manifest), {.folder = path,
                                                .tile_points = request.output.tile_points,
                                                .overwrite = request.output.overwrite,
                                                .threads = request.threads,
                                                .tiles = request.tiles,
+                                               .on_whole = on_whole,
                                                .poll = poll});
     remove_kept_files(request.scratch);
     const std::uint64_t capacity = points_in_memory(count, request);
@@ -214,7 +220,7 @@ EmitResult emit_archive(const KeptPoints& kept, const EmitRequest& request) {
         TilesThroughScratch(sources, lattice, capacity, request, writer).write(kept);
     }
     const std::uint64_t bytes = writer.finish();
-    return {output_path(request.output.path), writer.tiles(), bytes};
+    return {path, writer.tiles(), bytes};
 }
 
 EmitResult emit_draco(const KeptPoints& kept, const EmitRequest& request) {
@@ -233,8 +239,10 @@ EmitResult emit_draco(const KeptPoints& kept, const EmitRequest& request) {
     const std::filesystem::path path = output_path(request.output.path);
     AtomicFile file(path);
     file.write(encode_tile(points, bounds.min, lattice, common_crs(kept.sources)));
+    EmitResult result{path, 1, file.size()};
+    request.on_whole(result, path.parent_path());
     file.commit();
-    return {path, 1, file.size()};
+    return result;
 }
 
 EmitResult emit_ply(const KeptPoints& kept, const EmitRequest& request) {
@@ -249,7 +257,10 @@ EmitResult emit_ply(const KeptPoints& kept, const EmitRequest& request) {
     const auto append = [&](std::uint64_t, std::span<const PointId>,
                             std::span<const Vec3> positions) { writer.append(positions); };
     read_kept_in_order(kept, append, request.advance);
-    return {path, 0, writer.finish()};
+    EmitResult result{path, 0, writer.size()};
+    request.on_whole(result, path.parent_path());
+    writer.finish();
+    return result;
 }
 
 }  // namespace

@@ -15,6 +15,12 @@
 
 namespace knap {
 
+struct EmitResult {
+    std::filesystem::path path;
+    std::uint64_t tiles = 0;  ///< Draco files
+    std::uint64_t bytes = 0;  ///< of the whole output
+};
+
 /// What the output says of the job, and what making it may use.
 struct EmitRequest {
     Counts counts;
@@ -31,14 +37,12 @@ struct EmitRequest {
     std::function<void(std::uint64_t)> advance = [](std::uint64_t) {};
     /// Told how many bytes of scratch a new file takes, or one that is gone gave back.
     std::function<void(std::int64_t)> on_scratch = [](std::int64_t) {};
+    /// Told once the output is whole, before it gets its name; `folder` is where it lies, that of
+    /// an archive under its temporary name. What it throws stops the job without an output.
+    std::function<void(const EmitResult& result, const std::filesystem::path& folder)> on_whole =
+        [](const EmitResult&, const std::filesystem::path&) {};
     /// Told of a damaged run that the sources stand in for.
     std::function<void(const std::string&)> note = [](const std::string&) {};
-};
-
-struct EmitResult {
-    std::filesystem::path path;
-    std::uint64_t tiles = 0;  ///< Draco files
-    std::uint64_t bytes = 0;  ///< of the whole output
 };
 
 /// Key and value of all parameters that shape the result, as the manifest names them.

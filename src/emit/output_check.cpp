@@ -20,6 +20,7 @@ namespace {
 
 constexpr std::string_view kOutputKey = "output.path (--output)";
 constexpr std::string_view kIdsKey = "output.ids (--ids)";
+constexpr std::string_view kReportKey = "output.report (--report)";
 
 // A folder of such a name is never what was meant.
 constexpr std::array<std::string_view, 13> kUnwritable{".las", ".laz", ".xyz", ".txt", ".csv",
@@ -101,6 +102,10 @@ void check_folder(const fs::path& path, bool overwrite) {
     }
 }
 
+bool is_file_or_partial(std::string_view name, std::string_view file) {
+    return name == file || name == fmt::format("{}.partial", file);
+}
+
 bool is_tile_name(const std::string& name) {
     const std::size_t digits = name.find_first_not_of("0123456789");
     return digits != 0 && digits != std::string::npos &&
@@ -130,6 +135,13 @@ fs::path output_path(const std::string& path) {
     return normal.has_filename() || !normal.has_relative_path() ? normal : normal.parent_path();
 }
 
+fs::path report_path(const std::string& path) {
+    const fs::path output = output_path(path);
+    return output_kind(path) == OutputKind::kArchive
+               ? output / kReportName
+               : fs::path(fmt::format("{}.{}", output.string(), kReportName));
+}
+
 void check_output(const OutputParams& output, std::span<const fs::path> inputs) {
     const OutputKind kind = output_kind(output.path);
     const fs::path path = output_path(output.path);
@@ -140,11 +152,20 @@ void check_output(const OutputParams& output, std::span<const fs::path> inputs) 
         check_file(kOutputKey, path, output.overwrite);
     }
     check_writable(kOutputKey, path);
+    const fs::path report = report_path(output.path);
+    if (output.report && kind != OutputKind::kArchive) {
+        check_no_input(kReportKey, report, inputs);
+        check_file(kReportKey, report, output.overwrite);
+        check_writable(kReportKey, report);
+    }
     if (!output.ids.empty()) {
         const fs::path ids = output.ids;
         check_no_input(kIdsKey, ids, inputs);
         if (ids.lexically_normal() == path) {
             refuse(kIdsKey, ids, "expected another file than the output");
+        }
+        if (output.report && ids.lexically_normal() == report) {
+            refuse(kIdsKey, ids, "expected another file than the report");
         }
         check_file(kIdsKey, ids, output.overwrite);
         check_writable(kIdsKey, ids);
@@ -160,12 +181,11 @@ bool holds_only_archive(const fs::path& folder) {
          entry.increment(error)) {
         const std::string name = entry->path().filename().string();
         const bool folder_entry = entry->is_directory(error) && !entry->is_symlink(error);
-        const bool known =
-            entry.depth() == 0
-                ? (folder_entry
-                       ? name == "tiles"
-                       : name == kManifestName || name == fmt::format("{}.partial", kManifestName))
-                : entry.depth() == 1 && !folder_entry && is_tile_name(name);
+        const bool known = entry.depth() == 0
+                               ? (folder_entry ? name == "tiles"
+                                               : is_file_or_partial(name, kManifestName) ||
+                                                     is_file_or_partial(name, kReportName))
+                               : entry.depth() == 1 && !folder_entry && is_tile_name(name);
         if (!known) {
             return false;
         }

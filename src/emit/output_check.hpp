@@ -21,6 +21,9 @@ OutputKind output_kind(const std::string& path);
 /// The path as files are named by it: without a slash at the end.
 std::filesystem::path output_path(const std::string& path);
 
+/// Where the report of an output goes: into an archive, or beside a file.
+std::filesystem::path report_path(const std::string& path);
+
 /// Refuses, before any work is done, outputs that could not be written in the end: existing ones
 /// without `overwrite`, folders that are not archives of knap (with or without), outputs that are
 /// an input, folders that do not exist or cannot be written to. Leaves nothing behind.

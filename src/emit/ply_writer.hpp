@@ -27,6 +27,9 @@ class PlyWriter {
     /// @throws StorageError if the disk is full or fails
     void append(std::span<const Vec3> positions);
 
+    /// Size of the file with what was appended so far, bytes.
+    std::uint64_t size() const { return file_.size() + buffer_.size(); }
+
     /// @return size of the file, bytes
     /// @throws StorageError if fewer or more points were appended than announced, or the disk fails
     std::uint64_t finish();

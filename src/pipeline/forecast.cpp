@@ -11,7 +11,9 @@
 #include "pipeline/sources.hpp"
 #include "pipeline/stage_clock.hpp"
 #include "rank/held_bricks.hpp"
+#include "report/drawing.hpp"
 #include "scatter/scatter.hpp"
+#include "store/selection.hpp"
 
 namespace knap {
 
@@ -109,6 +111,11 @@ Forecast make_forecast(const Job& job, const Survey& survey, const BrickPlan& pl
         planning + std::min(buffers, 2 * survey.table.packed_size() * in_bricks);
     forecast.memory_bytes =
         kProcessBytes + std::max(scattering, held.bytes + in_work * rank_bytes_per_point());
+    if (job.output.report) {
+        forecast.memory_bytes =
+            std::max(forecast.memory_bytes, kProcessBytes + CloudDrawing::memory_bytes() +
+                                                Selection::memory_bytes(forecast.points));
+    }
 
     const std::uint64_t counted = forecast.points - forecast.rejected;
     const auto packed = static_cast<double>(survey.table.packed_size());
@@ -123,6 +130,9 @@ Forecast make_forecast(const Job& job, const Survey& survey, const BrickPlan& pl
     // A brick file goes when its run is written: at the end, all runs and the last bricks.
     forecast.scratch_bytes = static_cast<std::uint64_t>(
         std::max(scattered, runs + brick_point * static_cast<double>(in_work)));
+    if (job.output.report) {
+        forecast.scratch_bytes += CloudDrawing::file_bytes();
+    }
     forecast.scratch_free_bytes = free_bytes(scratch_parent(job));
     return forecast;
 }

@@ -149,10 +149,18 @@ std::vector<fs::path> MergeFiles::ranked_runs() const {
 std::vector<RankedPoint> MergeFiles::ranked_points(
     std::size_t brick, const std::function<bool(const RankedPoint&)>& wanted) const {
     std::vector<RankedPoint> points;
-    const auto take = [&](const std::vector<RankedPoint>& some) {
-        std::copy_if(some.begin(), some.end(), std::back_inserter(points), wanted);
-    };
+    read_ranked(brick, [&] {
+        points.clear();
+        return [&](std::span<const RankedPoint> some) {
+            std::copy_if(some.begin(), some.end(), std::back_inserter(points), wanted);
+        };
+    });
+    return points;
+}
+
+void MergeFiles::read_ranked(std::size_t brick, const std::function<TakeRanked()>& begin) const {
     try {
+        const TakeRanked take = begin();
         for (const fs::path& run : bricks_[brick].runs) {
             RunReader reader(run, table_);
             for (std::vector<RankedPoint> block; reader.next(block);) {
@@ -160,10 +168,8 @@ std::vector<RankedPoint> MergeFiles::ranked_points(
             }
         }
     } catch (const StorageError& error) {
-        points.clear();
-        take(remake_(brick, error.what()));
+        begin()(remake_(brick, error.what()));
     }
-    return points;
 }
 
 void MergeFiles::remove_open() {

@@ -62,6 +62,14 @@ class MergeFiles {
     std::vector<RankedPoint> ranked_points(
         std::size_t brick, const std::function<bool(const RankedPoint&)>& wanted) const;
 
+    /// Takes some of a brick's points.
+    using TakeRanked = std::function<void(std::span<const RankedPoint>)>;
+
+    /// Hands over all points of a brick, in any order; while its runs are there.
+    /// @param begin  gives what takes the points of an attempt; called again if those of the
+    ///               attempt before do not count, as a run is damaged
+    void read_ranked(std::size_t brick, const std::function<TakeRanked()>& begin) const;
+
     /// What attempts have left.
     void remove_open();
 

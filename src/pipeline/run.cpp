@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <span>
 #include <string>
@@ -10,12 +9,12 @@
 #include "base/checksum.hpp"
 #include "base/scratch.hpp"
 #include "base/threads.hpp"
-#include "emit/emit.hpp"
 #include "emit/output_check.hpp"
 #include "emit/output_folder.hpp"
 #include "knap/error.hpp"
 #include "knap/job.hpp"
 #include "pipeline/brick_maker.hpp"
+#include "pipeline/emit_stage.hpp"
 #include "pipeline/forecast.hpp"
 #include "pipeline/identity.hpp"
 #include "pipeline/job_log.hpp"
@@ -23,10 +22,10 @@
 #include "pipeline/rank_log.hpp"
 #include "pipeline/repair.hpp"
 #include "pipeline/repair_stage.hpp"
+#include "pipeline/report_stage.hpp"
 #include "pipeline/sources.hpp"
 #include "pipeline/stage_clock.hpp"
 #include "pipeline/survey_record.hpp"
-#include "pipeline/tile_records.hpp"
 #include "plan/plan.hpp"
 #include "rank/rank.hpp"
 #include "scatter/scatter.hpp"
@@ -73,6 +72,13 @@ class Pipeline {
                              [&](std::size_t brick, const std::string& why) {
                                  return maker.rank(brick, ranked.spacing, why);
                              });
+            ReportStage pictures(bricks.table, ranked, files, scratch_, log_);
+            if (job_.output.report) {
+                clock_.time("draw", 2 * ranked.points, [&](const auto& advance) {
+                    pictures.draw_all(advance);
+                    return true;
+                });
+            }
             const MergeStage stage{.range = job_.range,
                                    .table = bricks.table,
                                    .ranked = ranked,
@@ -90,7 +96,16 @@ class Pipeline {
                     return merged.result.kept;
                 });
             }
-            Report report = emit_all(bricks.table, ranked, merged);
+            Report report = emit_output({.job = job_,
+                                         .table = bricks.table,
+                                         .ranked = ranked,
+                                         .merged = merged,
+                                         .scratch = scratch_,
+                                         .log = log_,
+                                         .clock = clock_,
+                                         .memory_bytes = beside_selection(bricks.table),
+                                         .threads = threads_,
+                                         .report = job_.output.report ? &pictures : nullptr});
             scratch_.keep(false);
             return report;
         } catch (const ConfigError&) {
@@ -125,8 +140,11 @@ class Pipeline {
         }
         const Json* before = log_.find("job");
         if (before != nullptr && !job_.restart) {
-            const std::string changed = difference(
+            std::string changed = difference(
                 *before, identity, [&](std::size_t source) { return is_as_surveyed(source); });
+            if (changed.empty() && job_.output.report) {
+                changed = why_no_report(log_);
+            }
             if (!changed.empty()) {
                 scratch_.keep(true);
                 throw ConfigError(fmt::format(
@@ -310,58 +328,6 @@ class Pipeline {
 
     std::uint64_t beside_selection(const SourceTable& table) const {
         return budgets_.stage - std::min(budgets_.stage, Selection::memory_bytes(table.points()));
-    }
-
-    Report emit_all(const SourceTable& table, const RankResult& ranked, const Merged& merged) {
-        const Selection& selection = merged.result.selection;
-        Report report;
-        report.counts = {.in = table.points(),
-                         .kept = merged.result.kept,
-                         .represented = merged.result.represented,
-                         .merged = ranked.merged,
-                         .rejected = table.rejected()};
-        Job done = job_;
-        done.range.alpha = merged.alpha;
-        // All that can fail for want of room comes before the output has its name.
-        const std::unique_ptr<AtomicFile> ids =
-            job_.output.ids.empty() ? nullptr : write_ids(job_.output.ids, selection);
-        const EmitResult emitted = clock_.time("emit", table.points(), [&](const auto& advance) {
-            return emit(table, selection,
-                        {.counts = report.counts,
-                         .spacing = ranked.spacing,
-                         .mean_curvature = ranked.mean_curvature,
-                         .parameters = result_parameters(done),
-                         .output = job_.output,
-                         .memory_bytes = beside_selection(table),
-                         .threads = threads_,
-                         .scratch = scratch_.path(),
-                         .runs = merged.runs,
-                         .tiles = {.done = read_tiles(log_),
-                                   .on_tile =
-                                       [&](std::size_t number, const ManifestTile& tile) {
-                                           record_tile(log_, number, tile);
-                                       }},
-                         .advance = advance,
-                         .on_scratch = [&](std::int64_t bytes) { scratch_.grew_by(bytes); },
-                         .note = [&](const std::string& note) { clock_.note(note); }});
-        });
-        if (ids) {
-            ids->commit();
-        }
-        report.spacing = ranked.spacing;
-        report.mean_curvature = ranked.mean_curvature;
-        report.alpha = merged.alpha;
-        report.box = table.box();
-        report.sources = table.sources().size();
-        report.bricks = ranked.bricks.size();
-        report.stragglers = ranked.stragglers;
-        report.tiles = emitted.tiles;
-        report.output_bytes = emitted.bytes;
-        report.output = emitted.path;
-        report.scratch_peak_bytes = scratch_.peak_bytes();
-        report.memory_peak_bytes = peak_resident_bytes();
-        report.stages = clock_.take_reports();
-        return report;
     }
 
     const Job& job_;

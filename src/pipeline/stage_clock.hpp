@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <ctime>
 #include <functional>
 #include <mutex>
 #include <string>
@@ -35,15 +36,20 @@ class StageClock {
         progress_.note(message);
     }
 
+    /// The stages so far, the one that runs included.
+    std::vector<StageReport> reports_so_far();
+
     std::vector<StageReport> take_reports() { return std::move(reports_); }
 
   private:
     void begin(std::string name, std::uint64_t points);
     void end();
+    void read_clocks();
 
     Progress& progress_;
     std::mutex mutex_;
     std::chrono::steady_clock::time_point started_;
+    std::clock_t cpu_started_ = 0;
     StageReport current_;
     std::vector<StageReport> reports_;
     std::function<void(std::uint64_t)> advance_ = [this](std::uint64_t points) {

@@ -14,6 +14,9 @@ inline constexpr int kArchiveFormatVersion = 1;
 /// Name of the manifest in an archive folder.
 inline constexpr std::string_view kManifestName = "manifest.json";
 
+/// Name of the report in an archive folder, where there is one.
+inline constexpr std::string_view kReportName = "report.html";
+
 /// The manifest as JSON text: the same bytes for the same manifest. Numbers read back as the
 /// doubles they were; infinite ones are the strings "inf" and "-inf". The last key is a checksum
 /// of all others.
