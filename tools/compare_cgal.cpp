@@ -1,3 +1,8 @@
+// CGAL fills its quadrics with a matrix that has no values yet.
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
+#endif
+
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/IO/PLY.h>
 #include <CGAL/Polygon_mesh_processing/orient_polygon_soup.h>
@@ -60,9 +65,8 @@ Simplified from_cgal(const Range& points, double seconds) {
 }
 
 Simplified by_random(Points points, double percentage) {
-    const double seconds = knap::seconds_of([&] {
-        points.erase(CGAL::random_simplify_point_set(points, percentage), points.end());
-    });
+    const double seconds = knap::seconds_of(
+        [&] { points.erase(CGAL::random_simplify_point_set(points, percentage), points.end()); });
     return from_cgal(points, seconds);
 }
 
