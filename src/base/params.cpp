@@ -287,7 +287,7 @@ void apply_preset(Job& job, std::string_view name) {
         range.law = RangeLawKind::kChord;
         range.min_factor = 0.01;
         range.max_factor = 3;
-        range.repair = 0.2;
+        range.repair = 0.3;
     } else {
         throw ConfigError(fmt::format("--preset: expected paper or accurate, found \"{}\"", name));
     }

@@ -1,31 +1,33 @@
 #include "pipeline/repair.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <mutex>
 #include <utility>
 
+#include "base/checksum.hpp"
 #include "base/memory_gate.hpp"
 #include "base/threads.hpp"
 #include "knap/error.hpp"
-#include "merge/alpha_search.hpp"
 #include "merge/merge.hpp"
+#include "pipeline/part_surface.hpp"
 
 namespace knap {
 
 namespace {
 
-// Rounds that a number of added points is shared out to, and most rounds of a tolerance.
+// Rounds of a pass.
 constexpr int kRounds = 4;
-constexpr int kMostRounds = 12;
-// Where a limit leaves too few points to add, the next is lower by this.
+// Passes, each over all points: with a tolerance, until nothing is farther; else only where a limit
+// leaves too few points to add, with a lower one.
 constexpr int kMostPasses = 3;
+constexpr int kMostPassesOfTolerance = 10;
 constexpr double kLowerLimit = 0.25;
 // Points that are looked at for one that is added, and the largest share of all.
 constexpr double kSuspectsPerAdded = 12;
 constexpr double kMostSuspects = 0.3;
+// Points of the sample that foretells how many points are how far off.
+constexpr double kSampled = 1 << 16;
 // Distance between two points that one round adds, over alpha.
 constexpr double kApart = 0.5;
 // Over the largest range: how far kept points are looked at, first and at most.
@@ -38,12 +40,14 @@ class Repairing {
   public:
     Repairing(RepairStore& store, const RepairRequest& request,
               const std::function<void(std::uint64_t)>& advance)
-        : store_(store), request_(request), advance_(advance), gate_(request.budget_bytes) {
-        const double diagonal = request.box.diagonal();
-        const double range = std::min(request.range.alpha * request.range.max_factor, diagonal);
-        limit_.radius = std::min(kFirstRadius * range, diagonal);
-        limit_.farthest = std::min(kFarthest * range, diagonal);
-    }
+        : store_(store),
+          request_(request),
+          advance_(advance),
+          gate_(request.budget_bytes),
+          largest_range_(
+              std::min(request.range.alpha * request.range.max_factor, request.box.diagonal())),
+          surface_(store, state_.selection, kFirstRadius * largest_range_,
+                   kFarthest * largest_range_, request.note) {}
 
     RepairState run() {
         if (auto saved = store_.saved()) {
@@ -51,14 +55,14 @@ class Repairing {
         } else {
             begin();
         }
-        if (!(limit_.farthest > 0)) {
+        if (!(largest_range_ > 0)) {
             return std::move(state_);
         }
         for (;;) {
             try {
                 add_all();
                 return std::move(state_);
-            } catch (const DamagedFile& damage) {
+            } catch (const DamagedRun& damage) {
                 if (++state_.attempt >= kMostAttempts) {
                     throw StorageError(damage.what);
                 }
@@ -70,10 +74,6 @@ class Repairing {
     }
 
   private:
-    struct DamagedFile {
-        std::string what;
-    };
-
     /// A point that a round may add.
     struct Farthest {
         double distance;
@@ -91,8 +91,9 @@ class Repairing {
     }
 
     void add_all() {
-        keep_copies();
-        for (; state_.pass < kMostPasses; ++state_.pass) {
+        surface_.build(advance_);
+        const int passes = has_tolerance() ? kMostPassesOfTolerance : kMostPasses;
+        for (; state_.pass < passes && !state_.done; ++state_.pass) {
             if (!has_tolerance() && missing() == 0) {
                 break;
             }
@@ -100,35 +101,10 @@ class Repairing {
                 find_limit();
                 find_suspects();
             }
-            limit_.distance = state_.limit;
             add_in_rounds();
-            if (has_tolerance()) {
-                break;
-            }
             state_.round = 0;
             state_.limit *= kLowerLimit;
         }
-    }
-
-    // So that kept points near by are read without all the others.
-    void keep_copies() {
-        copies_.assign(store_.parts(), 0);
-        parallel_tasks(store_.parts(), [&](std::size_t part) {
-            std::vector<RankedPoint> kept = kept_of(part);
-            copies_[part] = kept.size();
-            store_.put(part, RepairStore::kKept, std::move(kept));
-            advance_(0);
-        });
-    }
-
-    // Straight from all points.
-    std::vector<RankedPoint> kept_of(std::size_t part) {
-        std::vector<RankedPoint> kept =
-            store_.read(part, [&](const RankedPoint& p) { return state_.selection.test(p.id); });
-        for (RankedPoint& point : kept) {
-            point.key = 0;
-        }
-        return kept;
     }
 
     // The tolerance; or the distance that about as many points exceed as are to be looked at, by a
@@ -143,21 +119,22 @@ class Repairing {
     }
 
     double sampled_limit() {
-        const SampleCells cells(request_.points, request_.spacing);
+        const auto most_hash = static_cast<std::uint64_t>(
+            std::min(1.0, kSampled / static_cast<double>(request_.points)) *
+            static_cast<double>(std::uint64_t{1} << 63));
         std::vector<double> distances;
         std::uint64_t sampled = 0;
         std::mutex mutex;
-        limit_.distance = 0;
         parallel_tasks(store_.parts(), [&](std::size_t part) {
-            const auto ticket = admit(part);
+            const auto ticket = gate_.admit(surface_.bytes_for(part));
             std::uint64_t count = 0;
             std::vector<RankedPoint> points = store_.read(part, [&](const RankedPoint& p) {
-                const bool inside = cells.contains(p.position);
+                const bool inside = splitmix64(p.id) >> 1 <= most_hash;
                 count += inside ? 1 : 0;
                 return inside && !state_.selection.test(p.id);
             });
             advance_(0);
-            const std::vector<RankedPoint> found = violators(std::move(points));
+            const std::vector<RankedPoint> found = surface_.violators(std::move(points), 0);
             const std::scoped_lock lock(mutex);
             sampled += count;
             for (const RankedPoint& point : found) {
@@ -177,101 +154,46 @@ class Repairing {
     }
 
     void find_suspects() {
-        limit_.distance = state_.limit;
         parallel_tasks(store_.parts(), [&](std::size_t part) {
             if (!store_.has_suspects(part, state_)) {
-                const auto ticket = admit(part);
+                const auto ticket = gate_.admit(surface_.bytes_for(part));
                 store_.put(part, RepairStore::kSuspects,
-                           violators(store_.read(part, [&](const RankedPoint& p) {
-                               return !state_.selection.test(p.id);
-                           })));
+                           surface_.violators(store_.read(part,
+                                                          [&](const RankedPoint& p) {
+                                                              return !state_.selection.test(p.id);
+                                                          }),
+                                              state_.limit));
                 store_.save_suspects(part, state_);
             }
             advance_(store_.points(part));
         });
     }
 
-    MemoryGate::Ticket admit(std::size_t part) {
-        std::uint64_t kept = 0;
-        for (std::size_t other = 0; other < store_.parts(); ++other) {
-            if (is_near(store_.box(other), store_.box(part), limit_.radius)) {
-                kept += copies_[other];
-            }
-        }
-        return gate_.admit(store_.points(part) * violator_bytes_per_point() +
-                           kept * violator_bytes_per_kept());
-    }
-
-    static bool is_near(const Box& a, const Box& b, double radius) {
-        return a.squared_distance_to(b) <= radius * radius;
-    }
-
-    std::vector<RankedPoint> violators(std::vector<RankedPoint> points) {
-        return find_violators(std::move(points), limit_, [&](const Box& box, double radius) {
-            std::vector<RankedPoint> near;
-            for (std::size_t part = 0; part < store_.parts(); ++part) {
-                if (!is_near(store_.box(part), box, radius)) {
-                    continue;
-                }
-                for (const RankedPoint& point : kept_copy(part)) {
-                    if (box.squared_distance_to(point.position) <= radius * radius) {
-                        near.push_back(point);
-                    }
-                }
-            }
-            return near;
-        });
-    }
-
-    std::vector<RankedPoint> kept_copy(std::size_t part) {
-        try {
-            return all_of(part, RepairStore::kKept);
-        } catch (const DamagedFile& damage) {
-            request_.note(damage.what + "; read from the ranked points instead");
-            return kept_of(part);
-        }
-    }
-
-    std::vector<RankedPoint> all_of(std::size_t part, RepairStore::Kind kind) {
-        std::vector<RankedPoint> points;
-        try {
-            const auto stream = store_.stream(part, kind);
-            for (std::vector<RankedPoint> block; stream->next(block);) {
-                points.insert(points.end(), block.begin(), block.end());
-            }
-        } catch (const StorageError& error) {
-            throw DamagedFile{error.what()};
-        }
-        return points;
-    }
-
     void add_in_rounds() {
-        const int rounds = has_tolerance() ? kMostRounds : kRounds;
-        while (state_.round < rounds) {
+        while (state_.round < kRounds) {
             const RepairStore::Kind kind =
                 state_.round == 0 ? RepairStore::kSuspects : RepairStore::kViolators;
             const std::vector<std::uint64_t> counts = find_violators_of_round(kind);
             const std::uint64_t most =
                 has_tolerance() ? request_.points
-                                : missing() / static_cast<std::uint64_t>(rounds - state_.round);
-            const std::uint64_t added = add_farthest(kind, counts, most);
-            ++state_.round;
+                                : missing() / static_cast<std::uint64_t>(kRounds - state_.round);
+            add_farthest(kind, counts, most);
+            // Nothing is farther: of all points, or of those that were when the pass began.
+            state_.done = has_tolerance() && state_.round == 0 && state_.violators == 0;
+            state_.round = state_.violators == 0 ? kRounds : state_.round + 1;
             store_.save(state_);
-            if (added == 0 && (has_tolerance() || state_.violators == 0)) {
-                break;
-            }
         }
     }
 
     std::vector<std::uint64_t> find_violators_of_round(RepairStore::Kind kind) {
         std::vector<std::uint64_t> counts(store_.parts());
         parallel_tasks(store_.parts(), [&](std::size_t part) {
-            std::vector<RankedPoint> suspects = all_of(part, RepairStore::kSuspects);
+            std::vector<RankedPoint> suspects = all_of(store_, part, RepairStore::kSuspects);
             if (kind == RepairStore::kViolators) {
                 std::erase_if(suspects,
                               [&](const RankedPoint& p) { return state_.selection.test(p.id); });
-                const auto ticket = admit(part);
-                suspects = violators(std::move(suspects));
+                const auto ticket = gate_.admit(surface_.bytes_for(part));
+                suspects = surface_.violators(std::move(suspects), state_.limit);
                 counts[part] = suspects.size();
                 store_.put(part, kind, std::move(suspects));
             } else {
@@ -288,8 +210,8 @@ class Repairing {
 
     // Walks them in the order of their distances, a fixed range each, and adds the first that the
     // walk keeps.
-    std::uint64_t add_farthest(RepairStore::Kind kind, const std::vector<std::uint64_t>& counts,
-                               std::uint64_t most) {
+    void add_farthest(RepairStore::Kind kind, const std::vector<std::uint64_t>& counts,
+                      std::uint64_t most) {
         std::vector<RankedPart> parts;
         for (std::size_t part = 0; part < store_.parts(); ++part) {
             RankedPart ranked;
@@ -334,8 +256,13 @@ class Repairing {
             state_.selection.set(point.id);
         }
         state_.kept += first.size();
-        copy_added(kind);
-        return first.size();
+        parallel_tasks(store_.parts(), [&](std::size_t part) {
+            // None of them was kept before.
+            std::vector<RankedPoint> added = all_of(store_, part, kind);
+            std::erase_if(added,
+                          [&](const RankedPoint& p) { return !state_.selection.test(p.id); });
+            surface_.add(part, std::move(added));
+        });
     }
 
     static void keep_first(std::vector<Farthest>& points, std::uint64_t most) {
@@ -348,48 +275,13 @@ class Repairing {
         }
     }
 
-    // None of the round's points was kept before.
-    void copy_added(RepairStore::Kind kind) {
-        parallel_tasks(store_.parts(), [&](std::size_t part) {
-            std::vector<RankedPoint> added = all_of(part, kind);
-            std::erase_if(added,
-                          [&](const RankedPoint& p) { return !state_.selection.test(p.id); });
-            if (added.empty()) {
-                return;
-            }
-            std::vector<RankedPoint> kept = kept_before(part, added);
-            for (RankedPoint& point : added) {
-                point.key = 0;
-                kept.push_back(point);
-            }
-            copies_[part] = kept.size();
-            store_.put(part, RepairStore::kKept, std::move(kept));
-        });
-    }
-
-    std::vector<RankedPoint> kept_before(std::size_t part, const std::vector<RankedPoint>& added) {
-        std::vector<RankedPoint> kept = kept_copy(part);
-        if (kept.size() != copies_[part]) {
-            // From all points, so that the added ones are there already.
-            std::vector<PointId> ids;
-            for (const RankedPoint& point : added) {
-                ids.push_back(point.id);
-            }
-            std::sort(ids.begin(), ids.end());
-            std::erase_if(kept, [&](const RankedPoint& p) {
-                return std::binary_search(ids.begin(), ids.end(), p.id);
-            });
-        }
-        return kept;
-    }
-
     RepairStore& store_;
     const RepairRequest& request_;
     const std::function<void(std::uint64_t)>& advance_;
     MemoryGate gate_;
-    SurfaceLimit limit_;
+    double largest_range_;
     RepairState state_;
-    std::vector<std::uint64_t> copies_;
+    PartSurface surface_;
 };
 
 }  // namespace

@@ -68,7 +68,8 @@ class RepairFiles final : public RepairStore {
                            {"round", state.round},
                            {"limit", state.limit},
                            {"kept", state.kept},
-                           {"violators", state.violators}});
+                           {"violators", state.violators},
+                           {"done", state.done}});
     }
 
     std::optional<RepairState> saved() override {
@@ -83,6 +84,7 @@ class RepairFiles final : public RepairStore {
                           .limit = record->at("limit"),
                           .kept = record->at("kept"),
                           .violators = record->at("violators"),
+                          .done = record->at("done"),
                           .selection = Selection::load(stage_.scratch.path() /
                                                        record->at("selection").get<std::string>())};
         return state;
@@ -148,7 +150,6 @@ void repair_archive(const MergeStage& stage, Merged& merged,
     request.wanted = asked > 0 ? asked : wanted_after_repair(stage.range, merged.result.kept);
     request.points = counted;
     request.ids = points;
-    request.spacing = stage.ranked.spacing;
     request.box = stage.table.box();
     request.budget_bytes = stage.budget_bytes;
     request.note = stage.note;

@@ -129,7 +129,6 @@ void add_to(MergeResult& merged, const std::vector<RankedPoint>& order, const Ra
     request.wanted = wanted > 0 ? wanted : wanted_after_repair(asked, merged.kept);
     request.points = counted;
     request.ids = of.counts.in;
-    request.spacing = of.spacing;
     request.box = box;
     request.budget_bytes = kNoLimit;
     request.note = [](const std::string&) {};

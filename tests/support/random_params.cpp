@@ -35,6 +35,14 @@ SimplifyParams random_params(std::mt19937_64& random, const std::vector<Vec3>& c
     params.range.max_factor = pick(0, 2) == 0   ? std::numeric_limits<double>::infinity()
                               : pick(0, 1) == 0 ? 8
                                                 : uniform(1, 20);
+    if (pick(0, 3) == 0) {
+        params.range.repair = uniform(0.01, 0.7);
+    }
+    if (params.range.law == RangeLawKind::kChord &&
+        params.curvature.estimator == Estimator::kQuadric && diagonal > 0 && pick(0, 1) == 0) {
+        params.range.alpha = 0;
+        params.range.tolerance = diagonal * std::pow(10, uniform(-5, -1));
+    }
     params.threads = pick(1, 3);
     return params;
 }

@@ -12,6 +12,7 @@
 
 #include "base/threads.hpp"
 #include "curvature/estimator.hpp"
+#include "surface/fan_surface.hpp"
 
 namespace knap::reference {
 
@@ -141,6 +142,86 @@ std::vector<std::size_t> walk(const Counted& cloud, const std::vector<double>& h
     return kept;
 }
 
+// Points that are not kept and farther than a limit from the surface through the kept ones, the
+// farthest first. All kept points at once.
+std::vector<std::pair<double, std::size_t>> farther(const Counted& cloud,
+                                                    const std::vector<char>& kept, double farthest,
+                                                    double limit) {
+    std::vector<Vec3> positions;
+    std::vector<PointId> ids;
+    for (std::size_t i = 0; i < kept.size(); ++i) {
+        if (kept[i] != 0) {
+            positions.push_back(cloud.positions[i]);
+            ids.push_back(cloud.ids[i]);
+        }
+    }
+    const FanSurface surface(positions, ids, farthest);
+    std::vector<std::pair<double, std::size_t>> found;
+    for (std::size_t i = 0; i < kept.size(); ++i) {
+        const double distance = surface.nearest(cloud.positions[i]).distance;
+        if (kept[i] == 0 && distance > limit) {
+            found.emplace_back(distance, i);
+        }
+    }
+    std::sort(found.begin(), found.end(), [&](const auto& a, const auto& b) {
+        const auto key = [&](const auto& of) {
+            return std::tuple(-of.first, splitmix64(cloud.ids[of.second]), cloud.ids[of.second]);
+        };
+        return key(a) < key(b);
+    });
+    return found;
+}
+
+// Section 6. The sample is all points: there are few.
+void repair(const Counted& cloud, std::vector<std::size_t>& indices, const RangeParams& range,
+            std::size_t wanted, double diagonal) {
+    std::vector<char> kept(cloud.ids.size());
+    for (const std::size_t i : indices) {
+        kept[i] = 1;
+    }
+    const double farthest = 8 * std::min(range.alpha * range.max_factor, diagonal);
+    if (!(farthest > 0)) {
+        return;
+    }
+    const bool bounded = range.tolerance > 0;
+    double limit = range.tolerance;
+    for (int pass = 0; pass < (bounded ? 10 : 3) && (bounded || indices.size() < wanted); ++pass) {
+        if (!bounded && pass == 0) {
+            const auto n = static_cast<double>(kept.size());
+            const auto above = static_cast<std::size_t>(
+                std::min(0.3, 12 * static_cast<double>(wanted - indices.size()) / n) * n);
+            const auto all = farther(cloud, kept, farthest, 0);
+            limit = above < all.size() ? all[above].first : 0;
+        }
+        std::vector<char> suspect(kept.size());
+        for (const auto& [distance, i] : farther(cloud, kept, farthest, limit)) {
+            suspect[i] = 1;
+        }
+        for (int round = 0; round < 4; ++round) {
+            const std::size_t most = bounded
+                                         ? kept.size()
+                                         : (wanted > indices.size() ? wanted - indices.size() : 0) /
+                                               static_cast<std::size_t>(4 - round);
+            std::vector<std::size_t> walked;
+            for (const auto& [distance, i] : farther(cloud, kept, farthest, limit)) {
+                const double apart = 0.5 * range.alpha;
+                if (suspect[i] != 0 && walked.size() < most &&
+                    std::none_of(walked.begin(), walked.end(), [&](std::size_t other) {
+                        return squared_distance(cloud.positions[other], cloud.positions[i]) <=
+                               apart * apart;
+                    })) {
+                    walked.push_back(i);
+                }
+            }
+            for (const std::size_t i : walked) {
+                kept[i] = 1;
+                indices.push_back(i);
+            }
+        }
+        limit = bounded ? limit : limit / 4;
+    }
+}
+
 }  // namespace
 
 Result simplify(std::span<const Vec3> points, const CurvatureParams& params,
@@ -172,7 +253,22 @@ Result simplify(std::span<const Vec3> points, const CurvatureParams& params,
     if (n > 0) {
         result.mean_curvature = exact_sum(h) / static_cast<double>(n);
     }
-    for (const std::size_t p : walk(cloud, h, result.mean_curvature, range)) {
+    RangeParams with_alpha = range;
+    if (range.tolerance > 0) {
+        with_alpha.alpha = std::sqrt(2 * range.tolerance / result.mean_curvature);
+    }
+    std::vector<std::size_t> kept = walk(cloud, h, result.mean_curvature, with_alpha);
+    if (range.repair > 0 || range.tolerance > 0) {
+        Box box;
+        for (const Vec3& p : cloud.positions) {
+            box.extend(p);
+        }
+        repair(cloud, kept, with_alpha,
+               static_cast<std::size_t>(
+                   std::floor(static_cast<double>(kept.size()) / (1 - range.repair))),
+               box.empty() ? 0 : box.diagonal());
+    }
+    for (const std::size_t p : kept) {
         result.kept.push_back(cloud.ids[p]);
     }
     std::sort(result.kept.begin(), result.kept.end());
