@@ -41,7 +41,7 @@ TEST(AlphaSearch, FindsTheCountThatIsWantedWithinOnePerCent) {
     const std::vector<Vec3> cloud = test::sphere_cloud(40000, 3);
     for (int round = 0; round < 12; ++round) {
         SimplifyParams params = test::random_params(random, cloud);
-        params.range.alpha = 0;
+        params.range.alpha = params.range.tolerance = params.range.repair = 0;
         const std::uint64_t wanted = 500 + random() % 30000;
         if (round % 2 == 0) {
             params.range.count = wanted;

@@ -21,7 +21,7 @@ constexpr int kRounds = 4;
 // Passes, each over all points: with a tolerance, until nothing is farther; else only where a limit
 // leaves too few points to add, with a lower one.
 constexpr int kMostPasses = 3;
-constexpr int kMostPassesOfTolerance = 10;
+constexpr int kMostPassesOfTolerance = 16;
 constexpr double kLowerLimit = 0.25;
 // Points that are looked at for one that is added, and the largest share of all.
 constexpr double kSuspectsPerAdded = 12;

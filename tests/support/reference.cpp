@@ -185,7 +185,7 @@ void repair(const Counted& cloud, std::vector<std::size_t>& indices, const Range
     }
     const bool bounded = range.tolerance > 0;
     double limit = range.tolerance;
-    for (int pass = 0; pass < (bounded ? 10 : 3) && (bounded || indices.size() < wanted); ++pass) {
+    for (int pass = 0; pass < (bounded ? 16 : 3) && (bounded || indices.size() < wanted); ++pass) {
         if (!bounded && pass == 0) {
             const auto n = static_cast<double>(kept.size());
             const auto above = static_cast<std::size_t>(
