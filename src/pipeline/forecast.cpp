@@ -8,6 +8,7 @@
 #include "base/scratch.hpp"
 #include "base/threads.hpp"
 #include "knap/error.hpp"
+#include "pipeline/repair.hpp"
 #include "pipeline/sources.hpp"
 #include "pipeline/stage_clock.hpp"
 #include "rank/held_bricks.hpp"
@@ -41,6 +42,8 @@ constexpr double kBrickIdBytes = 1.25;
 constexpr double kVoxelBytes = 5;
 // Bytes of a curvature in a ranked run, as a drop from the one before.
 constexpr double kRunKeyBytes = 5.5;
+// Repair's suspects and its copies of what is kept, over the runs, which stay.
+constexpr double kRepairShare = 0.5;
 
 std::uint64_t threads_of(const Job& job) {
     return static_cast<std::uint64_t>(thread_count(job.resources.threads));
@@ -127,9 +130,10 @@ Forecast make_forecast(const Job& job, const Survey& survey, const BrickPlan& pl
     const double scattered = std::max(bricks, positions + voxels) + kPositionsLeft * positions;
     const double runs = (packed + kRunKeyBytes + static_cast<double>(id_bytes(forecast.points))) *
                         static_cast<double>(counted);
+    const double repairing = repairs(job.range) ? runs * kRepairShare : 0;
     // A brick file goes when its run is written: at the end, all runs and the last bricks.
-    forecast.scratch_bytes = static_cast<std::uint64_t>(
-        std::max(scattered, runs + brick_point * static_cast<double>(in_work)));
+    forecast.scratch_bytes = static_cast<std::uint64_t>(std::max(
+        scattered, runs + std::max(repairing, brick_point * static_cast<double>(in_work))));
     if (job.output.report) {
         forecast.scratch_bytes += CloudDrawing::file_bytes();
     }

@@ -171,13 +171,11 @@ class Repairing {
 
     void add_in_rounds() {
         while (state_.round < kRounds) {
-            const RepairStore::Kind kind =
-                state_.round == 0 ? RepairStore::kSuspects : RepairStore::kViolators;
-            const std::vector<std::uint64_t> counts = find_violators_of_round(kind);
+            const std::vector<std::uint64_t> counts = find_violators();
             const std::uint64_t most =
                 has_tolerance() ? request_.points
                                 : missing() / static_cast<std::uint64_t>(kRounds - state_.round);
-            add_farthest(kind, counts, most);
+            add_farthest(counts, most);
             // Nothing is farther: of all points, or of those that were when the pass began.
             state_.done = has_tolerance() && state_.round == 0 && state_.violators == 0;
             state_.round = state_.violators == 0 ? kRounds : state_.round + 1;
@@ -185,20 +183,19 @@ class Repairing {
         }
     }
 
-    std::vector<std::uint64_t> find_violators_of_round(RepairStore::Kind kind) {
+    // Of the suspects, those that still are too far away take their place; how many in each part.
+    std::vector<std::uint64_t> find_violators() {
         std::vector<std::uint64_t> counts(store_.parts());
         parallel_tasks(store_.parts(), [&](std::size_t part) {
             std::vector<RankedPoint> suspects = all_of(store_, part, RepairStore::kSuspects);
-            if (kind == RepairStore::kViolators) {
+            if (state_.round > 0) {
                 std::erase_if(suspects,
                               [&](const RankedPoint& p) { return state_.selection.test(p.id); });
                 const auto ticket = gate_.admit(surface_.bytes_for(part));
                 suspects = surface_.violators(std::move(suspects), state_.limit);
-                counts[part] = suspects.size();
-                store_.put(part, kind, std::move(suspects));
-            } else {
-                counts[part] = suspects.size();
+                store_.put(part, RepairStore::kSuspects, suspects);
             }
+            counts[part] = suspects.size();
             advance_(0);
         });
         state_.violators = 0;
@@ -210,14 +207,13 @@ class Repairing {
 
     // Walks them in the order of their distances, a fixed range each, and adds the first that the
     // walk keeps.
-    void add_farthest(RepairStore::Kind kind, const std::vector<std::uint64_t>& counts,
-                      std::uint64_t most) {
+    void add_farthest(const std::vector<std::uint64_t>& counts, std::uint64_t most) {
         std::vector<RankedPart> parts;
         for (std::size_t part = 0; part < store_.parts(); ++part) {
             RankedPart ranked;
             ranked.box = store_.box(part);
             ranked.points = counts[part];
-            ranked.runs.push_back(store_.stream(part, kind));
+            ranked.runs.push_back(store_.stream(part, RepairStore::kSuspects));
             parts.push_back(std::move(ranked));
         }
         std::vector<Farthest> first;
@@ -258,7 +254,7 @@ class Repairing {
         state_.kept += first.size();
         parallel_tasks(store_.parts(), [&](std::size_t part) {
             // None of them was kept before.
-            std::vector<RankedPoint> added = all_of(store_, part, kind);
+            std::vector<RankedPoint> added = all_of(store_, part, RepairStore::kSuspects);
             std::erase_if(added,
                           [&](const RankedPoint& p) { return !state_.selection.test(p.id); });
             surface_.add(part, std::move(added));

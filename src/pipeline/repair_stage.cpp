@@ -105,8 +105,8 @@ class RepairFiles final : public RepairStore {
 
     void remove_all() {
         for (std::size_t part = 0; part < parts(); ++part) {
-            for (const Kind kind : {RepairStore::kKept, RepairStore::kSuspects,
-                                    RepairStore::kViolators, RepairStore::kOpen}) {
+            for (const Kind kind :
+                 {RepairStore::kKept, RepairStore::kSuspects, RepairStore::kOpen}) {
                 const fs::path path = path_of(part, kind);
                 const std::int64_t bytes = size_of(path);
                 std::error_code ignored;
@@ -120,7 +120,7 @@ class RepairFiles final : public RepairStore {
     const std::vector<RankedFiles>& bricks() const { return stage_.ranked.bricks; }
 
     fs::path path_of(std::size_t part, Kind kind) const {
-        constexpr std::array kEndings{".copy", ".suspects", ".violators", ".left"};
+        constexpr std::array kEndings{".copy", ".suspects", ".left"};
         return stage_.scratch.path() / (number_name(part) + kEndings.at(kind));
     }
 

@@ -29,10 +29,9 @@ struct RepairState {
 class RepairStore {
   public:
     enum Kind {
-        kKept,       ///< so far; a copy of what `points` and the selection say
-        kSuspects,   ///< farther from the surface than the limit when a pass begins
-        kViolators,  ///< the suspects that still are
-        kOpen        ///< what merge leaves open
+        kKept,      ///< so far; a copy of what `points` and the selection say
+        kSuspects,  ///< farther from the surface than the limit when a round begins
+        kOpen       ///< what merge leaves open
     };
 
     virtual ~RepairStore() = default;

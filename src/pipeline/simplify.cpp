@@ -115,7 +115,7 @@ class RepairInMemory final : public RepairStore {
     const std::vector<RankedPoint>& order_;
     Box box_;
     Selection base_;
-    std::array<std::vector<RankedPoint>, 4> runs_;
+    std::array<std::vector<RankedPoint>, 3> runs_;
 };
 
 void add_to(MergeResult& merged, const std::vector<RankedPoint>& order, const RangeParams& asked,

@@ -203,8 +203,10 @@ void repair(const Counted& cloud, std::vector<std::size_t>& indices, const Range
                                          : (wanted > indices.size() ? wanted - indices.size() : 0) /
                                                static_cast<std::size_t>(4 - round);
             std::vector<std::size_t> walked;
+            std::vector<char> still(kept.size());
             for (const auto& [distance, i] : farther(cloud, kept, farthest, limit)) {
                 const double apart = 0.5 * range.alpha;
+                still[i] = suspect[i];
                 if (suspect[i] != 0 && walked.size() < most &&
                     std::none_of(walked.begin(), walked.end(), [&](std::size_t other) {
                         return squared_distance(cloud.positions[other], cloud.positions[i]) <=
@@ -213,6 +215,7 @@ void repair(const Counted& cloud, std::vector<std::size_t>& indices, const Range
                     walked.push_back(i);
                 }
             }
+            suspect = still;
             for (const std::size_t i : walked) {
                 kept[i] = 1;
                 indices.push_back(i);
