@@ -8,7 +8,8 @@
 
 namespace knap {
 
-/// How far original points are from a surface (Yang et al. 2015, equations 1 and 2, and what is usual); lengths in cloud units.
+/// How far original points are from a surface (Yang et al. 2015, equations 1 and 2, and what is
+/// usual); lengths in cloud units.
 struct Deviation {
     std::uint64_t points = 0;  ///< finite ones
     double mean = 0;

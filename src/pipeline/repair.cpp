@@ -27,7 +27,7 @@ constexpr double kLowerLimit = 0.25;
 constexpr double kSuspectsPerAdded = 12;
 constexpr double kMostSuspects = 0.3;
 // Points of the sample that foretells how many points are how far off.
-constexpr double kSampled = 1 << 16;
+constexpr double kSampled = 1 << 13;
 // Distance between two points that one round adds, over alpha.
 constexpr double kApart = 0.5;
 // Over the largest range: how far kept points are looked at, first and at most.

@@ -7,7 +7,6 @@
 #include <numeric>
 #include <utility>
 
-#include "base/threads.hpp"
 #include "curvature/neighbourhoods.hpp"
 #include "curvature/principal_axes.hpp"
 #include "knap/error.hpp"
@@ -24,7 +23,6 @@ constexpr std::size_t kMostNeighbours = 160;
 // Fans that a point is held against: the nearest facet belongs to one of them but where edges are
 // very uneven.
 constexpr std::size_t kFans = 8;
-constexpr std::size_t kGrain = 4096;
 
 /// A neighbour in the plane of a fan, inverted at the unit circle round the centre.
 struct Inverted {
@@ -147,48 +145,36 @@ FanSurface::FanSurface(std::vector<Vec3> points, std::vector<PointId> ids, doubl
         ids_.resize(points_.size());
         std::iota(ids_.begin(), ids_.end(), PointId{0});
     }
-    reaches_.resize(points_.size());
     search_ = std::make_unique<NeighbourSearch>(points_, ids_);
-    std::vector<std::vector<std::uint32_t>> rims((points_.size() + kGrain - 1) / kGrain);
-    begins_.resize(points_.size() + 1);
-    parallel_for(rims.size(), 1, [&](std::size_t first, std::size_t last) {
-        std::vector<Neighbour> neighbours;
-        for (std::size_t part = first; part < last; ++part) {
-            const std::size_t end = std::min((part + 1) * kGrain, points_.size());
-            for (std::size_t i = part * kGrain; i < end; ++i) {
-                const std::size_t before = rims[part].size();
-                reaches_[i] = add_fan(i, neighbours, rims[part]);
-                begins_[i + 1] = rims[part].size() - before;
-            }
-        }
-    });
-    for (std::size_t i = 0; i < points_.size(); ++i) {
-        begins_[i + 1] += begins_[i];
-    }
-    for (std::vector<std::uint32_t>& part : rims) {
-        rim_.insert(rim_.end(), part.begin(), part.end());
-        part = {};
-    }
+    made_ = std::make_unique<std::once_flag[]>(points_.size());
+    fans_.resize(points_.size());
 }
 
-double FanSurface::add_fan(std::size_t i, std::vector<Neighbour>& neighbours,
-                           std::vector<std::uint32_t>& out) const {
-    const std::size_t before = out.size();
+const FanSurface::Fan& FanSurface::fan_of(std::uint32_t centre) const {
+    std::call_once(made_[centre], [&] { fans_[centre] = make(centre); });
+    return fans_[centre];
+}
+
+FanSurface::Fan FanSurface::make(std::uint32_t centre) const {
+    thread_local std::vector<Neighbour> neighbours;
+    Fan fan;
+    fan.reach = farthest_;
     for (std::size_t k = kNeighbours; k <= kMostNeighbours; k *= 2) {
-        search_->nearest(points_[i], ids_[i], k, neighbours, farthest_ * farthest_);
+        search_->nearest(points_[centre], ids_[centre], k, neighbours, farthest_ * farthest_);
         if (neighbours.empty()) {
             break;
         }
-        out.resize(before);
-        const bool certain = make_fan(points_, i, neighbours, out);
+        fan.rim.clear();
+        const bool certain = make_fan(points_, centre, neighbours, fan.rim);
         if (neighbours.size() < k) {
             break;
         }
         if (certain || 2 * k > kMostNeighbours) {
-            return std::sqrt(neighbours.back().squared_distance);
+            fan.reach = std::sqrt(neighbours.back().squared_distance);
+            break;
         }
     }
-    return farthest_;
+    return fan;
 }
 
 Surface::Nearest FanSurface::nearest(const Vec3& p, double enough) const {
@@ -203,12 +189,13 @@ Surface::Nearest FanSurface::nearest(const Vec3& p, double enough) const {
     double reach = std::sqrt(best);
     for (std::size_t at = 0; at < near.size() && best > enough_squared; ++at) {
         const std::uint32_t centre = near[at].index;
-        for (std::size_t of = begins_[centre]; of < begins_[centre + 1]; of += 2) {
-            best =
-                std::min(best, squared_distance_to_triangle(p, points_[centre], points_[rim_[of]],
-                                                            points_[rim_[of + 1]]));
+        const Fan& fan = fan_of(centre);
+        for (std::size_t of = 0; of < fan.rim.size(); of += 2) {
+            best = std::min(best,
+                            squared_distance_to_triangle(p, points_[centre], points_[fan.rim[of]],
+                                                         points_[fan.rim[of + 1]]));
         }
-        reach = std::max(reach, std::sqrt(near[at].squared_distance) + reaches_[centre]);
+        reach = std::max(reach, std::sqrt(near[at].squared_distance) + fan.reach);
     }
     if (best > enough_squared) {
         reach = std::max(reach,

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <memory>
+#include <mutex>
 #include <vector>
 
 #include "curvature/neighbour_search.hpp"
@@ -33,19 +35,24 @@ class FanSurface final : public Surface {
 
     /// Bytes of memory that a point takes, for planning.
     static constexpr std::uint64_t kBytesPerPoint =
-        24 + 8 + NeighbourSearch::kBytesPerPoint + 64 + 16;
+        24 + 8 + NeighbourSearch::kBytesPerPoint + 40 + 96;
 
   private:
-    double add_fan(std::size_t i, std::vector<Neighbour>& neighbours,
-                   std::vector<std::uint32_t>& out) const;
+    struct Fan {
+        std::vector<std::uint32_t> rim;  ///< pairs of points: with the centre, each is a triangle
+        double reach = 0;  ///< what is farther from the centre makes no difference to the fan
+    };
+
+    const Fan& fan_of(std::uint32_t centre) const;
+    Fan make(std::uint32_t centre) const;
 
     std::vector<Vec3> points_;
     std::vector<PointId> ids_;
     double farthest_ = std::numeric_limits<double>::infinity();
     std::unique_ptr<NeighbourSearch> search_;
-    std::vector<std::uint32_t> rim_;   // pairs of points: with its centre, each is a triangle
-    std::vector<std::size_t> begins_;  // fan i is rim_[begins_[i]] .. rim_[begins_[i + 1]]
-    std::vector<double> reaches_;  // what is farther from point i makes no difference to its fan
+    // Made when a point is first held against them: of a part of a cloud many never are.
+    std::unique_ptr<std::once_flag[]> made_;
+    mutable std::vector<Fan> fans_;
 };
 
 }  // namespace knap
