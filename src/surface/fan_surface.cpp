@@ -146,7 +146,7 @@ FanSurface::FanSurface(std::vector<Vec3> points, std::vector<PointId> ids, doubl
         std::iota(ids_.begin(), ids_.end(), PointId{0});
     }
     search_ = std::make_unique<NeighbourSearch>(points_, ids_);
-    made_ = std::make_unique<std::once_flag[]>(points_.size());
+    made_ = std::vector<std::once_flag>(points_.size());
     fans_.resize(points_.size());
 }
 

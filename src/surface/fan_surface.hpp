@@ -51,7 +51,7 @@ class FanSurface final : public Surface {
     double farthest_ = std::numeric_limits<double>::infinity();
     std::unique_ptr<NeighbourSearch> search_;
     // Made when a point is first held against them: of a part of a cloud many never are.
-    std::unique_ptr<std::once_flag[]> made_;
+    mutable std::vector<std::once_flag> made_;
     mutable std::vector<Fan> fans_;
 };
 
