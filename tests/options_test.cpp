@@ -143,6 +143,18 @@ TEST(JobOptions, ATargetOnTheCommandLineTakesThePlaceOfThatOfTheFile) {
     EXPECT_EQ(job({"--neighbours", "7"}).range.alpha, 0.5);
 }
 
+TEST(JobOptions, AFlagMayBeTakenBack) {
+    const auto discounts = [](const std::vector<std::string>& flags) {
+        std::vector<std::string> all{"--preset", "accurate", "--alpha", "2"};
+        all.insert(all.end(), flags.begin(), flags.end());
+        return simplify_job(all).curvature.discount_noise;
+    };
+    EXPECT_TRUE(discounts({}));
+    EXPECT_TRUE(discounts({"--discount-noise"}));
+    EXPECT_TRUE(discounts({"--discount-noise=true"}));
+    EXPECT_FALSE(discounts({"--discount-noise=false"}));
+}
+
 TEST(JobOptions, APresetIsWhatOtherFlagsChange) {
     const Job job = simplify_job({"--neighbours", "25", "--preset", "accurate", "--alpha", "2"});
     EXPECT_EQ(job.curvature.estimator, Estimator::kQuadric);

@@ -181,7 +181,9 @@ Job JobOptions::job() const {
             continue;
         }
         const bool is_flag = flags_[i]->get_expected_max() == 0;
-        set_parameter(job, parameter, is_flag ? "true" : texts_[i], parameter.flag);
+        // A flag may have a value too: a preset sets some that one wants to take back.
+        const std::string text = is_flag ? flags_[i]->results().back() : texts_[i];
+        set_parameter(job, parameter, text, parameter.flag);
     }
     if (!has_job) {
         job.input = positional_;
