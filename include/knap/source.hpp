@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "knap/export.hpp"
 #include "knap/geometry.hpp"
 
 namespace knap {
@@ -28,7 +29,7 @@ enum class ScalarType {
 };
 
 /// Name of a scalar type as the manifest and `knap info` write it: "int8" .. "float64".
-const char* to_string(ScalarType type);
+KNAP_API const char* to_string(ScalarType type);
 
 /// One column of a source's schema.
 struct Attribute {
@@ -108,7 +109,7 @@ struct Chunk {
 };
 
 /// A pull stream of points. Not thread-safe; open one per thread, as many as wanted on one file.
-class PointSource {
+class KNAP_API PointSource {
   public:
     virtual ~PointSource() = default;
 
@@ -129,14 +130,14 @@ class PointSource {
 /// Opens a point cloud; the format is told by content first, by ending second.
 /// PLY, LAS, LAZ (COPC as LAZ), XYZ, CSV, TXT, PTS.
 /// @throws InputError if the file is missing, unreadable, empty or of no known format
-std::unique_ptr<PointSource> open_source(const std::filesystem::path& path);
+KNAP_API std::unique_ptr<PointSource> open_source(const std::filesystem::path& path);
 
 /// Files, folders and globs as one list of files: entries in the order given; inside a folder
 /// (recursively) or glob sorted by path. Files of a folder that are no point clouds, or of formats
 /// that open_source() does not read, are left out.
 /// @param left_out  gets the visible files of folders that are not taken, sorted; may be null
 /// @throws InputError if an entry matches nothing, or a folder has no point cloud
-std::vector<std::filesystem::path> expand_sources(
+KNAP_API std::vector<std::filesystem::path> expand_sources(
     const std::vector<std::string>& patterns,
     std::vector<std::filesystem::path>* left_out = nullptr);
 
