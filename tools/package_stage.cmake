@@ -32,7 +32,7 @@ License: ${licence}
     if(EXISTS ${doc}/CHANGELOG.md)
         file(RENAME ${doc}/CHANGELOG.md ${doc}/changelog)
     else()
-        file(COPY_FILE ${CPACK_RESOURCE_FILE_LICENSE}/../CHANGELOG.md ${doc}/changelog)
+        file(COPY_FILE ${CMAKE_CURRENT_LIST_DIR}/../CHANGELOG.md ${doc}/changelog)
     endif()
     file(GLOB_RECURSE to_pack ${root}/share/man/*.1)
     execute_process(COMMAND ${GZIP} -9n ${to_pack} ${doc}/changelog ${doc}/changelog.Debian COMMAND_ERROR_IS_FATAL ANY)
