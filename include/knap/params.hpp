@@ -48,6 +48,12 @@ struct RangeParams {
     std::uint64_t count = 0;      ///< points to keep, within 1 %
     double min_factor = 1.0 / 3;  ///< smallest range / alpha, (0, 1]
     double max_factor = 8.0;      ///< largest range / alpha, >= 1, may be infinite
+    /// A point stands only for points within a slab about its osculating surface, so that the far
+    /// side of a thin object is left: half the slab's thickness / range, [0, 10]; 0: no slab.
+    double slab = 0;
+    /// Most by which the region that a point stands for is longer along the direction in which the
+    /// surface bends least than across it, at equal area, [1, 4]; 1: balls. Needs the quadric.
+    double aspect = 1;
     /// Share of the kept points that are not found by walking ranges, but added where the surface
     /// through the others is farthest away, [0, 0.9]. With a tolerance as many are added as it
     /// takes.

@@ -36,7 +36,7 @@ struct Slab {
 
 KeptFileWriter::KeptFileWriter(std::filesystem::path path, const SourceTable& table,
                                const Lattice& lattice)
-    : lattice_(lattice), run_(path, table, kMostBlockPoints) {
+    : lattice_(lattice), run_(path, table) {
     file_.path = std::move(path);
 }
 
