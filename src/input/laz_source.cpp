@@ -27,6 +27,14 @@ class LazSource final : public PointSource {
 
     const SourceInfo& info() const override { return info_; }
 
+    void select(std::span<const std::size_t> attributes) override {
+        if (!attributes.empty()) {
+            throw InputError(
+                fmt::format("{}: expected a binary PLY to read attributes of, found LAZ",
+                            file_.path().string()));
+        }
+    }
+
     bool read(Chunk& chunk, std::size_t max_points) override {
         const auto wanted =
             static_cast<std::size_t>(std::min<std::uint64_t>(header_.count - next_, max_points));

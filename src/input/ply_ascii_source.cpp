@@ -30,6 +30,14 @@ class AsciiPlySource final : public PointSource {
     }
 
     const SourceInfo& info() const override { return info_; }
+
+    void select(std::span<const std::size_t> attributes) override {
+        if (!attributes.empty()) {
+            throw InputError(
+                fmt::format("{}: expected a binary PLY to read attributes of, found an ASCII PLY",
+                            file_.path().string()));
+        }
+    }
     bool read(Chunk& chunk, std::size_t max_points) override;
     void seek(std::uint64_t index) override;
 

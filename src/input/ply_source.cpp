@@ -1,9 +1,12 @@
 #include "input/ply_source.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <utility>
 
 #include "base/scalar.hpp"
+#include "input/columns.hpp"
 #include "input/ply_ascii_source.hpp"
 #include "input/ply_binary_source.hpp"
 #include "input/ply_header.hpp"
@@ -50,15 +53,29 @@ bool can_seek(const PlyHeader& header) {
                        [](const PlyElement& e) { return e.count == 0 || e.fixed_size(); });
 }
 
+/// A column for each property that is no list; lists may differ in length from point to point.
+void describe_properties(const PlyHeader& header, SourceInfo& info) {
+    const std::vector<PlyProperty>& properties = header.vertices().properties;
+    for (std::size_t i = 0; i < properties.size(); ++i) {
+        if (properties[i].list_count) {
+            info.unsupported.push_back(fmt::format("list property '{}'", properties[i].name));
+            continue;
+        }
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            if (header.axes[axis] == i) {
+                info.axes[axis] = info.schema.size();
+            }
+        }
+        info.schema.push_back({properties[i].name, properties[i].type, 1});
+    }
+    make_names_unique(info.schema);
+}
+
 SourceInfo describe(const InputFile& file, const PlyHeader& header) {
     SourceInfo info;
     info.path = file.path();
     info.format = format_name(header.encoding);
-    for (const PlyProperty& property : header.vertices().properties) {
-        if (!property.list_count) {
-            info.schema.push_back({property.name, property.type, 1});
-        }
-    }
+    describe_properties(header, info);
     info.coordinates = coordinate_format(header);
     info.declared_count = header.vertices().count;
     info.seek_granularity = can_seek(header) ? 1 : 0;

@@ -54,6 +54,14 @@ class TextSource final : public PointSource {
 
     const SourceInfo& info() const override { return info_; }
 
+    void select(std::span<const std::size_t> attributes) override {
+        if (!attributes.empty()) {
+            throw InputError(
+                fmt::format("{}: expected a binary PLY to read attributes of, found text",
+                            file_.path().string()));
+        }
+    }
+
     bool read(Chunk& chunk, std::size_t max_points) override {
         chunk.first = next_;
         chunk.positions.clear();
