@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <set>
 #include <string>
 
@@ -13,8 +14,13 @@ namespace knap {
 namespace fs = std::filesystem;
 
 std::vector<fs::path> find_sources(const Job& job, Progress& progress) {
+    std::vector<std::string> patterns = job.input;
+    if (!job.standard_input.empty()) {
+        std::replace(patterns.begin(), patterns.end(), std::string(kStandardInput),
+                     job.standard_input.string());
+    }
     std::vector<fs::path> left_out;
-    std::vector<fs::path> files = expand_sources(job.input, &left_out);
+    std::vector<fs::path> files = expand_sources(patterns, &left_out);
     if (!left_out.empty()) {
         progress.note(
             fmt::format("{} files of the input folders are no point clouds that knap reads, "
