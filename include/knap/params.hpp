@@ -70,9 +70,9 @@ struct OutputParams {
     /// What points carry beside their position: "all", "none", or names, at least one.
     std::vector<std::string> attributes{"all"};
     TileEncoding encoding = TileEncoding::kAuto;
-    std::string ids;                     ///< also write the kept ids to this file; empty: do not
-    bool overwrite = false;              ///< replace an output that exists
-    bool report = false;                 ///< also write report.html
+    std::string ids;         ///< also write the kept ids to this file; empty: do not
+    bool overwrite = false;  ///< replace an output that exists
+    bool report = false;     ///< also write report.html
 };
 
 /// What the job may use. Nothing here changes the result.
