@@ -85,7 +85,9 @@ int add_attribute(draco::PointCloud& cloud, draco::GeometryAttribute::Type kind,
     draco::GeometryAttribute attribute;
     attribute.Init(kind, nullptr, count, type, normalized, stride, 0);
     const int id = cloud.AddAttribute(attribute, true, cloud.num_points());
-    cloud.attribute(id)->buffer()->Write(0, values.data(), values.size());
+    if (!values.empty()) {  // without any there is no buffer
+        cloud.attribute(id)->buffer()->Write(0, values.data(), values.size());
+    }
     return id;
 }
 
