@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <limits>
 #include <span>
 #include <string>
@@ -60,15 +61,25 @@ struct RangeParams {
     double repair = 0;
 };
 
+/// How tiles are coded (docs/formats.md).
+enum class TileEncoding {
+    kAuto,       ///< by the smallest that the first tile gives
+    kKdTree,     ///< Draco's kd-tree, which forgets the order of points
+    kSequential  ///< Draco's sequential encoding of points in a good order
+};
+
 /// Where the result goes and how it is cut. `path`: an archive folder, or a file ending in .drc or
 /// .ply.
 struct OutputParams {
     std::string path;
     double step = 0;  ///< lattice step, cloud units, >= 0; 0: LAS scale or spacing / 64
     std::uint64_t tile_points = 100000;  ///< most points in a tile, [1000, 10000000]
-    std::string ids;                     ///< also write the kept ids to this file; empty: do not
-    bool overwrite = false;              ///< replace an output that exists
-    bool report = false;                 ///< also write report.html
+    /// What points carry beside their position: "all", "none", or names, at least one.
+    std::vector<std::string> attributes{"all"};
+    TileEncoding encoding = TileEncoding::kAuto;
+    std::string ids;         ///< also write the kept ids to this file; empty: do not
+    bool overwrite = false;  ///< replace an output that exists
+    bool report = false;     ///< also write report.html
 };
 
 /// What the job may use. Nothing here changes the result.
@@ -81,14 +92,20 @@ struct ResourceParams {
 
 /// A whole job: what `knap run` reads from a file.
 struct Job {
-    std::vector<std::string> input;  ///< files, folders and globs: one archive
+    std::vector<std::string> input;  ///< files, folders and globs: one archive; "-": see below
     CurvatureParams curvature;
     RangeParams range;
     OutputParams output;
     ResourceParams resources;
     /// Throw away what an unfinished run of the same output left, instead of going on with it.
     bool restart = false;
+    /// The file that the input "-" stands for: standard input, copied by who calls the library,
+    /// as a job reads its input more than once.
+    std::filesystem::path standard_input = std::filesystem::path();
 };
+
+/// The input that is no file.
+inline constexpr const char* kStandardInput = "-";
 
 /// Sets curvature and range, all but the target, to what a name stands for: "paper" is the method
 /// as published; "accurate" comes closest to the surface, see docs/quality.md.

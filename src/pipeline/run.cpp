@@ -227,11 +227,12 @@ class Pipeline {
             return survey({.files = files_,
                            .threads = threads_,
                            .budget_bytes = budgets_.survey,
-                           .positions = positions_folder(files_, scratch_.path())},
+                           .positions = positions_folder(files_, scratch_.path()),
+                           .standard_input = job_.standard_input},
                           advance);
         });
         if (log_.find("survey", kSurveyFile) == nullptr) {
-            tell_what_stays_behind(archive.table, progress_);
+            tell_attributes(job_, archive.table, progress_);
             save_survey(file, archive.table, archive.occupancy);
             log_.record("survey", kSurveyFile, survey_record(archive));
         }
@@ -349,6 +350,7 @@ Report run(const Job& job, Progress& progress) {
     validate(job);
     const std::vector<fs::path> files = find_sources(job, progress);
     check_output(job.output, files);
+    check_attributes(job, files);
     return Pipeline(job, files, progress).run();
 }
 
