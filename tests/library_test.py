@@ -91,6 +91,12 @@ class Library(unittest.TestCase):
             if match := re.match(r"knap::(\w+)", name):
                 self.assertIn(match[1], headers)
 
+    def test_every_function_of_the_headers_is_shown(self):
+        for header in (ROOT / "include/knap").glob("*.hpp"):
+            for line in header.read_text().splitlines():
+                if re.match(r"(?!inline |constexpr |template|using |#|//)\w.*\w\(", line):
+                    self.assertTrue(line.startswith("KNAP_API "), f"{header.name}: {line}")
+
     def test_the_program_is_installed_with_its_page_and_its_completion(self):
         self.assertRegex(run(self.prefix / "bin/knap", "--version"), r"^knap \d")
         self.assertIn(".SH NAME", (self.prefix / "share/man/man1/knap.1").read_text())

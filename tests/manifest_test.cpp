@@ -33,17 +33,19 @@ Manifest any_manifest(std::mt19937_64& random) {
     manifest.knap_version = "0.1.0";
     manifest.parameters = {{"range.alpha", "0.4"}, {"range.max_factor", "inf"}, {"a", "\"\\\n"}};
     for (std::uint64_t i = 0; i < random() % 4; ++i) {
-        manifest.sources.push_back(
-            {.path = "scans/a \"b\" \u00e9.ply",
-             .format = "PLY",
-             .points = random(),
-             .rejected = random(),
-             .bytes = random(),
-             .xxh3 = std::string(32, 'a'),
-             .coordinates = {static_cast<CoordinateKind>(random() % 3), any_vec3(random),
-                             any_vec3(random)},
-             .schema = {{"x", ScalarType::kFloat32, 1}, {"rgb", ScalarType::kUint16, 3}},
-             .crs = "EPSG:32633"});
+        manifest.sources.push_back({.path = "scans/a \"b\" \u00e9.ply",
+                                    .format = "PLY",
+                                    .points = random(),
+                                    .rejected = random(),
+                                    .bytes = random(),
+                                    .xxh3 = std::string(32, 'a'),
+                                    .coordinates = {static_cast<CoordinateKind>(random() % 3),
+                                                    any_vec3(random), any_vec3(random)},
+                                    .schema = {{"x", ScalarType::kFloat32, 1},
+                                               {"rgb", ScalarType::kUint16, 3},
+                                               {"range", ScalarType::kInt32, 1, any_double(random),
+                                                any_double(random), "distance to the scanner"}},
+                                    .crs = "EPSG:32633"});
     }
     manifest.counts = {random(), random(), random(), random(), random()};
     manifest.spacing = any_double(random);

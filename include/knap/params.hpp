@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <limits>
 #include <span>
 #include <string>
@@ -50,10 +51,23 @@ struct RangeParams {
     std::uint64_t count = 0;      ///< points to keep, within 1 %
     double min_factor = 1.0 / 3;  ///< smallest range / alpha, (0, 1]
     double max_factor = 8.0;      ///< largest range / alpha, >= 1, may be infinite
+    /// A point stands only for points within a slab about its osculating surface, so that the far
+    /// side of a thin object is left: half the slab's thickness / range, [0, 10]; 0: no slab.
+    double slab = 0;
+    /// Most by which the region that a point stands for is longer along the direction in which the
+    /// surface bends least than across it, at equal area, [1, 4]; 1: balls. Needs the quadric.
+    double aspect = 1;
     /// Share of the kept points that are not found by walking ranges, but added where the surface
     /// through the others is farthest away, [0, 0.9]. With a tolerance as many are added as it
     /// takes.
     double repair = 0;
+};
+
+/// How tiles are coded (docs/formats.md).
+enum class TileEncoding {
+    kAuto,       ///< by the smallest that the first tile gives
+    kKdTree,     ///< Draco's kd-tree, which forgets the order of points
+    kSequential  ///< Draco's sequential encoding of points in a good order
 };
 
 /// Where the result goes and how it is cut. `path`: an archive folder, or a file ending in .drc or
@@ -62,9 +76,12 @@ struct OutputParams {
     std::string path;
     double step = 0;  ///< lattice step, cloud units, >= 0; 0: LAS scale or spacing / 64
     std::uint64_t tile_points = 100000;  ///< most points in a tile, [1000, 10000000]
-    std::string ids;                     ///< also write the kept ids to this file; empty: do not
-    bool overwrite = false;              ///< replace an output that exists
-    bool report = false;                 ///< also write report.html
+    /// What points carry beside their position: "all", "none", or names, at least one.
+    std::vector<std::string> attributes{"all"};
+    TileEncoding encoding = TileEncoding::kAuto;
+    std::string ids;         ///< also write the kept ids to this file; empty: do not
+    bool overwrite = false;  ///< replace an output that exists
+    bool report = false;     ///< also write report.html
 };
 
 /// What the job may use. Nothing here changes the result.
@@ -77,14 +94,20 @@ struct ResourceParams {
 
 /// A whole job: what `knap run` reads from a file.
 struct Job {
-    std::vector<std::string> input;  ///< files, folders and globs: one archive
+    std::vector<std::string> input;  ///< files, folders and globs: one archive; "-": see below
     CurvatureParams curvature;
     RangeParams range;
     OutputParams output;
     ResourceParams resources;
     /// Throw away what an unfinished run of the same output left, instead of going on with it.
     bool restart = false;
+    /// The file that the input "-" stands for: standard input, copied by who calls the library,
+    /// as a job reads its input more than once.
+    std::filesystem::path standard_input = std::filesystem::path();
 };
+
+/// The input that is no file.
+inline constexpr const char* kStandardInput = "-";
 
 /// Sets curvature and range, all but the target, to what a name stands for: "paper" is the method
 /// as published; "accurate" comes closest to the surface, see docs/quality.md.

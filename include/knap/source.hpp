@@ -1,11 +1,14 @@
 #pragma once
 
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <limits>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -31,11 +34,21 @@ enum class ScalarType {
 /// Name of a scalar type as the manifest and `knap info` write it: "int8" .. "float64".
 KNAP_API const char* to_string(ScalarType type);
 
-/// One column of a source's schema.
+/// Bytes of one value.
+KNAP_API std::size_t size_of(ScalarType type);
+
+/// One column of a source's schema. A stored value v means v * scale + offset.
 struct Attribute {
-    std::string name;  ///< as the source names it
+    std::string name;  ///< as the source names it; no other column of the source has the same
     ScalarType type = ScalarType::kFloat32;
-    int components = 1;  ///< values a point, >= 1
+    int components = 1;                       ///< values a point, >= 1
+    double scale = 1;                         ///< of LAS extra bytes; 1 elsewhere
+    double offset = 0;                        ///< of LAS extra bytes; 0 elsewhere
+    std::string description = std::string();  ///< of LAS extra bytes; empty elsewhere
+
+    /// Bytes of a point in this column.
+    std::size_t value_size() const { return size_of(type) * static_cast<std::size_t>(components); }
+
     friend bool operator==(const Attribute&, const Attribute&) = default;
 };
 
@@ -86,12 +99,42 @@ struct CoordinateFormat {
     friend bool operator==(const CoordinateFormat&, const CoordinateFormat&) = default;
 };
 
+/// A variable-length record of a LAS file, as it is there.
+struct LasVlr {
+    std::string user_id;
+    std::uint16_t record_id = 0;
+    std::string description;
+    bool extended = false;  ///< behind the points
+    std::vector<std::byte> content;
+    friend bool operator==(const LasVlr&, const LasVlr&) = default;
+};
+
+/// What the header of a LAS file says that is not about its points, and the records that carry the
+/// georeference and whatever else its writer added.
+struct LasHeaderInfo {
+    int version_minor = 0;  ///< of LAS 1.n
+    int point_format = 0;   ///< 0 to 10
+    std::uint16_t file_source_id = 0;
+    std::uint16_t global_encoding = 0;
+    std::array<std::byte, 16> project_id{};
+    std::string system_identifier;
+    std::string generating_software;
+    std::uint16_t creation_day = 0;  ///< of the year, from 1; 0: not known
+    std::uint16_t creation_year = 0;
+
+    /// In file order, extended ones last. Those that describe how this very file is stored are left
+    /// out: LASzip, COPC, extra bytes (which are in the schema), waveforms, spatial indices.
+    std::vector<LasVlr> records;
+    friend bool operator==(const LasHeaderInfo&, const LasHeaderInfo&) = default;
+};
+
 /// What a source says of itself before any point is read.
 struct SourceInfo {
     std::filesystem::path path;
     std::string
         format;  ///< as shown to people: "PLY (binary little-endian)", "LAZ 1.2, point format 2"
-    std::vector<Attribute> schema;  ///< in file order; coordinates included
+    std::vector<Attribute> schema;             ///< in file order; coordinates included
+    std::array<std::size_t, 3> axes{0, 1, 2};  ///< indices in `schema` of x, y and z
     CoordinateFormat coordinates;
     std::optional<std::uint64_t>
         declared_count;  ///< points by the header; none for text without one
@@ -100,12 +143,21 @@ struct SourceInfo {
     std::uint64_t seek_granularity = 0;
     std::string crs;  ///< WKT or "EPSG:n"; empty if the source has none
     std::uint64_t size_bytes = 0;
+    std::vector<std::string> unsupported;  ///< what is in the file but in no column, for people
+    std::optional<LasHeaderInfo> las;      ///< of LAS and LAZ files
 };
+
+/// Indices in the schema of all columns that PointSource::select() takes: all but coordinates.
+KNAP_API std::vector<std::size_t> attributes_of(const SourceInfo& info);
 
 /// Consecutive points of one source.
 struct Chunk {
     std::uint64_t first = 0;      ///< index in the source of positions[0]
     std::vector<Vec3> positions;  ///< cloud units; may be non-finite: the reader does not judge
+
+    /// One for each selected attribute, in the order selected, as stored, in the byte order of this
+    /// machine: the value of positions[i] is at [i * value_size, (i + 1) * value_size).
+    std::vector<std::vector<std::byte>> columns;
 };
 
 /// A pull stream of points. Not thread-safe; open one per thread, as many as wanted on one file.
@@ -114,6 +166,13 @@ class KNAP_API PointSource {
     virtual ~PointSource() = default;
 
     virtual const SourceInfo& info() const = 0;
+
+    /// From the next read() on, chunks have these columns. None are selected at first: then a
+    /// source does no work for them.
+    /// @param attributes  indices into info().schema, each at most once, no coordinates; none: no
+    ///                    columns
+    /// @throws ConfigError if an index is a coordinate's, out of range, or there twice
+    virtual void select(std::span<const std::size_t> attributes) = 0;
 
     /// Reads the next points into `chunk`, replacing what it held.
     /// @param max_points  most points wanted, > 0

@@ -17,6 +17,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 constexpr std::array<std::string_view, 2> kEstimators{"fourier", "quadric"};
 constexpr std::array<std::string_view, 2> kLaws{"reciprocal", "chord"};
+constexpr std::array<std::string_view, 3> kEncodings{"auto", "kd", "sequential"};
 
 template <typename Enum>
 Choice choice_of(Enum& value, std::span<const std::string_view> names) {
@@ -146,6 +147,25 @@ constexpr std::array kParameters{
               .high = kInfinity,
               .in_result = true,
               .field = [](Job& job) -> ParameterField { return &job.range.max_factor; }},
+    Parameter{.key = "range.slab",
+              .flag = "--slab",
+              .unit = "",
+              .range = "0 .. 10",
+              .help = "a point stands only for points so near its osculating surface, over its "
+                      "radius; 0: any",
+              .low = 0,
+              .high = 10,
+              .in_result = true,
+              .field = [](Job& job) -> ParameterField { return &job.range.slab; }},
+    Parameter{.key = "range.aspect",
+              .flag = "--aspect",
+              .unit = "",
+              .range = "1 .. 4",
+              .help = "most by which what a point stands for is longer than wide (quadric)",
+              .low = 1,
+              .high = 4,
+              .in_result = true,
+              .field = [](Job& job) -> ParameterField { return &job.range.aspect; }},
     Parameter{.key = "range.repair",
               .flag = "--repair",
               .unit = "",
@@ -180,6 +200,22 @@ constexpr std::array kParameters{
               .high = 1e7,
               .in_result = true,
               .field = [](Job& job) -> ParameterField { return &job.output.tile_points; }},
+    Parameter{.key = "output.attributes",
+              .flag = "--attributes",
+              .unit = "",
+              .range = "all, none, or names",
+              .help = "what kept points carry beside their position",
+              .in_result = true,
+              .field = [](Job& job) -> ParameterField { return &job.output.attributes; }},
+    Parameter{.key = "output.encoding",
+              .flag = "--encoding",
+              .unit = "",
+              .range = "auto, kd or sequential",
+              .help = "how Draco codes tiles; auto: the way that makes the first one smallest",
+              .in_result = true,
+              .field = [](Job& job) -> ParameterField {
+                  return choice_of(job.output.encoding, kEncodings);
+              }},
     Parameter{.key = "output.ids",
               .flag = "--ids",
               .unit = "",
@@ -261,6 +297,14 @@ std::string format_size(std::uint64_t bytes) {
     return fmt::format("{}{}", bytes, kUnits[unit]);
 }
 
+/// All, none, or names without either.
+bool names_attributes(const std::vector<std::string>& wanted) {
+    const auto is_word = [](const std::string& name) { return name == "all" || name == "none"; };
+    const auto is_empty = [](const std::string& name) { return name.empty(); };
+    return !wanted.empty() && std::none_of(wanted.begin(), wanted.end(), is_empty) &&
+           (wanted.size() == 1 || std::none_of(wanted.begin(), wanted.end(), is_word));
+}
+
 bool is_missing(const ParameterField& field) {
     if (const auto* text = std::get_if<std::string*>(&field)) {
         return (*text)->empty();
@@ -272,27 +316,6 @@ bool is_missing(const ParameterField& field) {
 }
 
 }  // namespace
-
-void apply_preset(Job& job, std::string_view name) {
-    RangeParams range = job.range;
-    if (name == "paper") {
-        job.curvature = CurvatureParams{};
-        range.law = RangeLawKind::kReciprocal;
-        range.min_factor = 1.0 / 3;
-        range.max_factor = kInfinity;
-        range.repair = 0;
-    } else if (name == "accurate") {
-        job.curvature = {
-            .estimator = Estimator::kQuadric, .neighbours = 20, .discount_noise = true};
-        range.law = RangeLawKind::kChord;
-        range.min_factor = 0.01;
-        range.max_factor = 3;
-        range.repair = 0.3;
-    } else {
-        throw ConfigError(fmt::format("--preset: expected paper or accurate, found \"{}\"", name));
-    }
-    job.range = range;
-}
 
 bool Choice::choose(std::string_view name) const {
     const auto found = std::find(names.begin(), names.end(), name);
@@ -331,7 +354,9 @@ void validate(const Parameter& parameter, const Job& job) {
     const bool inside = number.value >= parameter.low && number.value <= parameter.high &&
                         !(parameter.low_open && number.value == parameter.low);
     const bool pairs = parameter.key != "curvature.samples" || job.curvature.samples % 2 == 0;
-    if (number.is_number && !(inside && pairs)) {
+    const bool names =
+        parameter.key != "output.attributes" || names_attributes(job.output.attributes);
+    if ((number.is_number && !(inside && pairs)) || !names) {
         throw ConfigError(fmt::format("{} ({}): expected {}, found {}", parameter.key,
                                       parameter.flag, parameter.range,
                                       format_value(parameter, job)));
@@ -366,6 +391,11 @@ void validate(const Job& job) {
         throw ConfigError(
             "curvature.discount_noise (--discount-noise): expected curvature.estimator = quadric, "
             "found fourier");
+    }
+    if (job.range.aspect > 1 && job.curvature.estimator != Estimator::kQuadric) {
+        throw ConfigError(
+            "range.aspect (--aspect): above 1 expected curvature.estimator = quadric, found "
+            "fourier");
     }
     if (job.range.tolerance > 0 &&
         (job.curvature.estimator != Estimator::kQuadric || job.range.law != RangeLawKind::kChord)) {

@@ -1,15 +1,11 @@
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <utility>
 
 #include "knap/source.hpp"
 
 namespace knap {
-
-/// Bytes of one value.
-std::size_t size_of(ScalarType type);
 
 inline bool is_floating(ScalarType type) {
     return type == ScalarType::kFloat32 || type == ScalarType::kFloat64;

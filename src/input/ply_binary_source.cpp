@@ -10,30 +10,13 @@
 #include "base/scalar.hpp"
 #include "input/buffered_reader.hpp"
 #include "input/bytes.hpp"
+#include "input/columns.hpp"
+#include "input/coordinates.hpp"
 #include "knap/error.hpp"
 
 namespace knap {
 
 namespace {
-
-constexpr std::array<double Vec3::*, 3> kAxisMembers{&Vec3::x, &Vec3::y, &Vec3::z};
-
-template <typename T, bool kSwap>
-void decode_axis(const std::byte* from, std::size_t stride, std::size_t n, Vec3* to,
-                 double Vec3::*axis) {
-    for (std::size_t i = 0; i < n; ++i) {
-        to[i].*axis = static_cast<double>(load<T, kSwap>(from + i * stride));
-    }
-}
-
-void decode_axis(const std::byte* from, std::size_t stride, std::size_t n, Vec3* to,
-                 double Vec3::*axis, ScalarType type, bool swap) {
-    visit_scalar(type, [&](auto tag) {
-        using T = typename decltype(tag)::Type;
-        swap ? decode_axis<T, true>(from, stride, n, to, axis)
-             : decode_axis<T, false>(from, stride, n, to, axis);
-    });
-}
 
 class BinaryPlySource final : public PointSource {
   public:
@@ -45,23 +28,28 @@ class BinaryPlySource final : public PointSource {
           swap_((header_.encoding == PlyEncoding::kLittleEndian) !=
                 (std::endian::native == std::endian::little)) {
         check_size();
-        locate_axes();
+        locate_properties();
         reader_.seek(header_.data_offset);
     }
 
     const SourceInfo& info() const override { return info_; }
 
+    void select(std::span<const std::size_t> attributes) override {
+        selection_.select(info_, attributes);
+    }
     bool read(Chunk& chunk, std::size_t max_points) override;
     void seek(std::uint64_t index) override;
 
   private:
     void check_size() const;
-    void locate_axes();
+    void locate_properties();
     void start();
     void finish();
     void skip_element(const PlyElement& element);
-    void read_fixed(std::span<Vec3> positions);
-    void read_variable(std::span<Vec3> positions);
+    void read_fixed(Chunk& chunk);
+    void read_variable(Chunk& chunk);
+    void read_columns(const std::byte* records, std::size_t n, Chunk& chunk, std::size_t done);
+    void take_value(const std::byte* value, std::size_t attribute, Chunk& chunk, std::size_t point);
 
     /// Goes over a list whose length is next.
     void skip_list(const PlyElement& element, const PlyProperty& property, std::uint64_t instance);
@@ -71,7 +59,8 @@ class BinaryPlySource final : public PointSource {
     SourceInfo info_;
     BufferedReader reader_;
     bool swap_;
-    std::array<std::size_t, 3> axis_offsets_{};  // in a record without lists
+    std::vector<std::size_t> offsets_;  // of the values of the schema in a record without lists
+    ColumnSelection selection_;
     std::uint64_t next_ = 0;
     bool started_ = false;
     bool finished_ = false;
@@ -98,19 +87,19 @@ void BinaryPlySource::check_size() const {
         left -= element.count * stride;
         exact = exact && (element.count == 0 || element.fixed_size());
     }
-    if (exact && left > 0) {
+    if (exact && left > 0 && file_.size_known()) {
         throw InputError(fmt::format(
             "{}: expected the file to end at byte {} after the last element, found {} bytes more",
             file_.path().string(), file_.size() - left, left));
     }
 }
 
-void BinaryPlySource::locate_axes() {
-    const std::vector<PlyProperty>& properties = header_.vertices().properties;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-        for (std::size_t i = 0; i < header_.axes[axis]; ++i) {
-            axis_offsets_[axis] += size_of(properties[i].type);
-        }
+void BinaryPlySource::locate_properties() {
+    offsets_.reserve(info_.schema.size());
+    std::size_t offset = 0;
+    for (const Attribute& attribute : info_.schema) {
+        offsets_.push_back(offset);
+        offset += attribute.value_size();
     }
 }
 
@@ -160,46 +149,68 @@ void BinaryPlySource::finish() {
     for (std::size_t i = header_.vertex + 1; i < header_.elements.size(); ++i) {
         skip_element(header_.elements[i]);
     }
-    if (reader_.remaining() > 0) {
+    if (!reader_.at_end()) {
         throw InputError(fmt::format(
             "{}: expected the file to end at byte {} after the last element, found {} bytes more",
-            file_.path().string(), reader_.offset(), reader_.remaining()));
+            file_.path().string(), reader_.offset(),
+            file_.size_known() ? fmt::to_string(reader_.remaining()) : "some"));
     }
     finished_ = true;
 }
 
-void BinaryPlySource::read_fixed(std::span<Vec3> positions) {
-    const std::vector<PlyProperty>& properties = header_.vertices().properties;
+void BinaryPlySource::read_columns(const std::byte* records, std::size_t n, Chunk& chunk,
+                                   std::size_t done) {
     const std::size_t stride = header_.vertices().stride();
-    // Blocks small enough that the three passes over one find it in the cache.
+    for (std::size_t column = 0; column < selection_.size(); ++column) {
+        copy_values(records + offsets_[selection_.attribute(column)], stride, n,
+                    selection_.at(chunk, column, done), selection_.value_size(column), swap_);
+    }
+}
+
+void BinaryPlySource::read_fixed(Chunk& chunk) {
+    const std::size_t stride = header_.vertices().stride();
+    // Blocks small enough that the passes over one find it in the cache.
     constexpr std::size_t kBlockBytes = 16384;
     const std::size_t block = std::max<std::size_t>(1, kBlockBytes / stride);
-    for (std::size_t done = 0; done < positions.size();) {
-        const std::size_t n = std::min(block, positions.size() - done);
+    for (std::size_t done = 0; done < chunk.positions.size();) {
+        const std::size_t n = std::min(block, chunk.positions.size() - done);
         const std::byte* records = reader_.take(n * stride);
         for (std::size_t axis = 0; axis < 3; ++axis) {
-            decode_axis(records + axis_offsets_[axis], stride, n, positions.data() + done,
-                        kAxisMembers[axis], properties[header_.axes[axis]].type, swap_);
+            const std::size_t from = info_.axes[axis];
+            decode_coordinate(records + offsets_[from], stride, n, chunk.positions.data() + done,
+                              static_cast<int>(axis), info_.schema[from].type, swap_);
         }
+        read_columns(records, n, chunk, done);
         done += n;
     }
 }
 
-void BinaryPlySource::read_variable(std::span<Vec3> positions) {
+/// Puts one value of the schema where it is wanted.
+void BinaryPlySource::take_value(const std::byte* value, std::size_t attribute, Chunk& chunk,
+                                 std::size_t point) {
+    const ScalarType type = info_.schema[attribute].type;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        if (info_.axes[axis] == attribute) {
+            decode_coordinate(value, 0, 1, &chunk.positions[point], static_cast<int>(axis), type,
+                              swap_);
+        }
+    }
+    for (std::size_t column = 0; column < selection_.size(); ++column) {
+        if (selection_.attribute(column) == attribute) {
+            copy_values(value, 0, 1, selection_.at(chunk, column, point), size_of(type), swap_);
+        }
+    }
+}
+
+void BinaryPlySource::read_variable(Chunk& chunk) {
     const PlyElement& vertices = header_.vertices();
-    for (std::size_t i = 0; i < positions.size(); ++i) {
-        for (std::size_t p = 0; p < vertices.properties.size(); ++p) {
-            const PlyProperty& property = vertices.properties[p];
+    for (std::size_t i = 0; i < chunk.positions.size(); ++i) {
+        std::size_t attribute = 0;
+        for (const PlyProperty& property : vertices.properties) {
             if (property.list_count) {
                 skip_list(vertices, property, next_ + i);
-                continue;
-            }
-            const std::byte* value = reader_.take(size_of(property.type));
-            for (std::size_t axis = 0; axis < 3; ++axis) {
-                if (header_.axes[axis] == p) {
-                    decode_axis(value, 0, 1, &positions[i], kAxisMembers[axis], property.type,
-                                swap_);
-                }
+            } else {
+                take_value(reader_.take(size_of(property.type)), attribute++, chunk, i);
             }
         }
     }
@@ -212,6 +223,7 @@ bool BinaryPlySource::read(Chunk& chunk, std::size_t max_points) {
     const std::uint64_t left = header_.vertices().count - next_;
     chunk.first = next_;
     chunk.positions.resize(static_cast<std::size_t>(std::min<std::uint64_t>(left, max_points)));
+    selection_.resize(chunk, chunk.positions.size());
     if (left == 0) {
         if (!finished_) {
             finish();
@@ -219,9 +231,9 @@ bool BinaryPlySource::read(Chunk& chunk, std::size_t max_points) {
         return false;
     }
     if (header_.vertices().fixed_size()) {
-        read_fixed(chunk.positions);
+        read_fixed(chunk);
     } else {
-        read_variable(chunk.positions);
+        read_variable(chunk);
     }
     next_ += chunk.positions.size();
     return true;

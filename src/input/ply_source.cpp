@@ -1,9 +1,13 @@
 #include "input/ply_source.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <utility>
 
-#include "base/scalar.hpp"
+#include "input/columns.hpp"
+#include "input/coordinates.hpp"
+#include "input/gzip.hpp"
 #include "input/ply_ascii_source.hpp"
 #include "input/ply_binary_source.hpp"
 #include "input/ply_header.hpp"
@@ -11,25 +15,6 @@
 namespace knap {
 
 namespace {
-
-bool is_small_integer(ScalarType type) {
-    return !is_floating(type) && size_of(type) <= 2;
-}
-
-CoordinateFormat coordinate_format(const PlyHeader& header) {
-    const auto all = [&](auto&& holds) {
-        return std::ranges::all_of(header.axes, [&](std::size_t axis) {
-            return holds(header.vertices().properties[axis].type);
-        });
-    };
-    CoordinateFormat format;
-    if (all([](ScalarType t) { return t == ScalarType::kFloat32 || is_small_integer(t); })) {
-        format.kind = CoordinateKind::kFloat32;
-    } else if (all([](ScalarType t) { return t == ScalarType::kInt32 || is_small_integer(t); })) {
-        format.kind = CoordinateKind::kInt32;
-    }
-    return format;
-}
 
 const char* format_name(PlyEncoding encoding) {
     switch (encoding) {
@@ -50,19 +35,35 @@ bool can_seek(const PlyHeader& header) {
                        [](const PlyElement& e) { return e.count == 0 || e.fixed_size(); });
 }
 
+/// A column for each property that is no list; lists may differ in length from point to point.
+void describe_properties(const PlyHeader& header, SourceInfo& info) {
+    const std::vector<PlyProperty>& properties = header.vertices().properties;
+    for (std::size_t i = 0; i < properties.size(); ++i) {
+        if (properties[i].list_count) {
+            info.unsupported.push_back(fmt::format("list property '{}'", properties[i].name));
+            continue;
+        }
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            if (header.axes[axis] == i) {
+                info.axes[axis] = info.schema.size();
+            }
+        }
+        info.schema.push_back({properties[i].name, properties[i].type, 1});
+    }
+    make_names_unique(info.schema);
+}
+
 SourceInfo describe(const InputFile& file, const PlyHeader& header) {
     SourceInfo info;
     info.path = file.path();
-    info.format = format_name(header.encoding);
-    for (const PlyProperty& property : header.vertices().properties) {
-        if (!property.list_count) {
-            info.schema.push_back({property.name, property.type, 1});
-        }
-    }
-    info.coordinates = coordinate_format(header);
+    info.format =
+        fmt::format("{}{}", format_name(header.encoding), is_gunzipped(file) ? ", gzip" : "");
+    describe_properties(header, info);
+    const auto type_of = [&](std::size_t axis) { return info.schema[info.axes[axis]].type; };
+    info.coordinates = format_of_coordinates({type_of(0), type_of(1), type_of(2)});
     info.declared_count = header.vertices().count;
-    info.seek_granularity = can_seek(header) ? 1 : 0;
-    info.size_bytes = file.size();
+    info.seek_granularity = can_seek(header) && file.size_known() ? 1 : 0;
+    info.size_bytes = file.size_on_disk();
     return info;
 }
 

@@ -13,6 +13,7 @@
 #include "emit/output_folder.hpp"
 #include "knap/error.hpp"
 #include "knap/job.hpp"
+#include "merge/region.hpp"
 #include "pipeline/brick_maker.hpp"
 #include "pipeline/emit_stage.hpp"
 #include "pipeline/forecast.hpp"
@@ -65,11 +66,11 @@ class Pipeline {
         try {
             const Scattered bricks = cut();
             BrickMaker maker(bricks.table, bricks.plan, bricks.files, scratch_.path(),
-                             job_.curvature, threads_,
+                             job_.curvature, needs_frames(job_.range), threads_,
                              [&](const std::string& note) { clock_.note(note); });
             const RankResult ranked = rank_all(bricks.table, bricks.files, maker);
-            MergeFiles files(scratch_, log_, bricks.table, budgets_.stage, ranked.bricks,
-                             [&](std::size_t brick, const std::string& why) {
+            MergeFiles files(scratch_, log_, bricks.table, budgets_.stage, needs_frames(job_.range),
+                             ranked.bricks, [&](std::size_t brick, const std::string& why) {
                                  return maker.rank(brick, ranked.spacing, why);
                              });
             ReportStage pictures(bricks.table, ranked, files, scratch_, log_);
@@ -226,11 +227,12 @@ class Pipeline {
             return survey({.files = files_,
                            .threads = threads_,
                            .budget_bytes = budgets_.survey,
-                           .positions = positions_folder(files_, scratch_.path())},
+                           .positions = positions_folder(files_, scratch_.path()),
+                           .standard_input = job_.standard_input},
                           advance);
         });
         if (log_.find("survey", kSurveyFile) == nullptr) {
-            tell_what_stays_behind(archive.table, progress_);
+            tell_attributes(job_, archive.table, progress_);
             save_survey(file, archive.table, archive.occupancy);
             log_.record("survey", kSurveyFile, survey_record(archive));
         }
@@ -307,6 +309,7 @@ class Pipeline {
             table, bricks,
             {.folder = scratch_.path(),
              .curvature = job_.curvature,
+             .frames = needs_frames(job_.range),
              .budget_bytes = budgets_.stage,
              .threads = threads_,
              .state = read_rank_state(log_, scratch_.path(), bricks.size()),
@@ -347,6 +350,7 @@ Report run(const Job& job, Progress& progress) {
     validate(job);
     const std::vector<fs::path> files = find_sources(job, progress);
     check_output(job.output, files);
+    check_attributes(job, files);
     return Pipeline(job, files, progress).run();
 }
 

@@ -34,7 +34,8 @@ void stream_source(const SourceTable& table, const SourceRange& range,
                           const auto begin = chunk.positions.begin();
                           consume({first,
                                    {begin + static_cast<std::ptrdiff_t>(first - chunk.first),
-                                    begin + static_cast<std::ptrdiff_t>(last - chunk.first)}});
+                                    begin + static_cast<std::ptrdiff_t>(last - chunk.first)},
+                                   {}});
                       }
                   });
 }

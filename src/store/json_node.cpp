@@ -39,6 +39,11 @@ JsonNode JsonNode::at(std::string_view name) const {
     return {*found, key, file_};
 }
 
+bool JsonNode::has(std::string_view name) const {
+    require(json_.is_object(), "an object");
+    return json_.contains(name);
+}
+
 std::vector<std::string> JsonNode::keys() const {
     require(json_.is_object(), "an object");
     std::vector<std::string> keys;

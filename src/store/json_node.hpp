@@ -34,6 +34,8 @@ class JsonNode {
 
     /// The member of an object.
     JsonNode at(std::string_view name) const;
+    /// Does the object have this member?
+    bool has(std::string_view name) const;
     /// Keys of an object, in order.
     std::vector<std::string> keys() const;
     /// The items of an array.

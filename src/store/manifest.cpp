@@ -34,6 +34,23 @@ std::string checksum_of(const Json& without_checksum) {
     return fmt::format("{:016x}", xxh3_64(std::as_bytes(std::span(text.data(), text.size()))));
 }
 
+/// Scale, offset and description only where they say something.
+Json attribute_json(const Attribute& attribute) {
+    Json json{{"name", attribute.name},
+              {"type", to_string(attribute.type)},
+              {"components", attribute.components}};
+    if (attribute.scale != 1) {
+        json["scale"] = number_json(attribute.scale);
+    }
+    if (attribute.offset != 0) {
+        json["offset"] = number_json(attribute.offset);
+    }
+    if (!attribute.description.empty()) {
+        json["description"] = attribute.description;
+    }
+    return json;
+}
+
 Json source_json(const ManifestSource& source) {
     std::string_view kind;
     for (const auto& [value, name] : kCoordinateKinds) {
@@ -43,9 +60,7 @@ Json source_json(const ManifestSource& source) {
     }
     Json schema = Json::array();
     for (const Attribute& attribute : source.schema) {
-        schema.push_back({{"name", attribute.name},
-                          {"type", to_string(attribute.type)},
-                          {"components", attribute.components}});
+        schema.push_back(attribute_json(attribute));
     }
     return {{"path", source.path},
             {"format", source.format},
@@ -97,6 +112,25 @@ std::string tile_file(const JsonNode& node) {
     return node.text();
 }
 
+Attribute attribute_from(const JsonNode& node) {
+    const std::int64_t components = node.at("components").integer();
+    if (components < 1 || components > std::numeric_limits<int>::max()) {
+        node.at("components").fail("at least 1", fmt::to_string(components));
+    }
+    Attribute attribute{node.at("name").text(), scalar_type(node.at("type")),
+                        static_cast<int>(components)};
+    if (node.has("scale")) {
+        attribute.scale = node.at("scale").number();
+    }
+    if (node.has("offset")) {
+        attribute.offset = node.at("offset").number();
+    }
+    if (node.has("description")) {
+        attribute.description = node.at("description").text();
+    }
+    return attribute;
+}
+
 ManifestSource source_from(const JsonNode& node) {
     ManifestSource source;
     source.path = node.at("path").text();
@@ -109,12 +143,7 @@ ManifestSource source_from(const JsonNode& node) {
     source.coordinates = {coordinate_kind(coordinates.at("kind")), coordinates.at("scale").triple(),
                           coordinates.at("offset").triple()};
     for (const JsonNode& attribute : node.at("schema").items()) {
-        const std::int64_t components = attribute.at("components").integer();
-        if (components < 1 || components > std::numeric_limits<int>::max()) {
-            attribute.at("components").fail("at least 1", fmt::to_string(components));
-        }
-        source.schema.push_back({attribute.at("name").text(), scalar_type(attribute.at("type")),
-                                 static_cast<int>(components)});
+        source.schema.push_back(attribute_from(attribute));
     }
     source.crs = node.at("crs").text();
     return source;
@@ -161,6 +190,10 @@ std::string format_manifest(const Manifest& manifest) {
     for (const ManifestSource& source : manifest.sources) {
         sources.push_back(source_json(source));
     }
+    Json attributes = Json::array();
+    for (const Attribute& attribute : manifest.attributes) {
+        attributes.push_back(attribute_json(attribute));
+    }
     Json tiles = Json::array();
     for (const ManifestTile& tile : manifest.tiles) {
         tiles.push_back(tile_json(tile));
@@ -184,6 +217,7 @@ std::string format_manifest(const Manifest& manifest) {
                 {"step", number_json(manifest.lattice.step)}}},
               {"box", box_json(manifest.box)},
               {"crs", manifest.crs},
+              {"attributes", attributes},
               {"tiles", tiles}};
     json["xxh3"] = checksum_of(json);
     return dump_json(json, 2) + "\n";
@@ -226,6 +260,11 @@ Manifest parse_manifest(std::string_view text, const std::filesystem::path& file
     manifest.lattice = lattice_from(root.at("lattice"));
     manifest.box = root.at("box").box();
     manifest.crs = root.at("crs").text();
+    if (root.has("attributes")) {  // archives of 0.1.0 carry none
+        for (const JsonNode& attribute : root.at("attributes").items()) {
+            manifest.attributes.push_back(attribute_from(attribute));
+        }
+    }
     for (const JsonNode& tile : root.at("tiles").items()) {
         manifest.tiles.push_back(tile_from(tile));
     }

@@ -94,6 +94,26 @@ inline std::vector<Vec3> read_all(const std::filesystem::path& path,
     return read_rest(*open_source(path), chunk_points);
 }
 
+/// The selected columns of all that is left of a source.
+inline std::vector<std::string> read_columns(PointSource& source,
+                                             const std::vector<std::size_t>& selected,
+                                             std::size_t chunk_points = 1000) {
+    source.select(selected);
+    std::vector<std::string> columns(selected.size());
+    Chunk chunk;
+    while (source.read(chunk, chunk_points)) {
+        for (std::size_t i = 0; i < selected.size(); ++i) {
+            const std::vector<std::byte>& column = chunk.columns.at(i);
+            if (column.size() !=
+                chunk.positions.size() * source.info().schema[selected[i]].value_size()) {
+                throw std::logic_error("a column is not as long as its chunk");
+            }
+            columns[i].append(reinterpret_cast<const char*>(column.data()), column.size());
+        }
+    }
+    return columns;
+}
+
 /// The message of the InputError that opening or reading a file ends in; empty if it can be read.
 inline std::string input_error_of(const std::filesystem::path& path) {
     try {
