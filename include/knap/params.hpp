@@ -10,6 +10,8 @@
 #include <variant>
 #include <vector>
 
+#include "knap/export.hpp"
+
 namespace knap {
 
 /// Where mean curvature is read from (method section 2).
@@ -110,7 +112,7 @@ inline constexpr const char* kStandardInput = "-";
 /// Sets curvature and range, all but the target, to what a name stands for: "paper" is the method
 /// as published; "accurate" comes closest to the surface, see docs/quality.md.
 /// @throws ConfigError if there is no such preset
-void apply_preset(Job& job, std::string_view name);
+KNAP_API void apply_preset(Job& job, std::string_view name);
 
 /// A size, which takes suffixes KiB, MiB, GiB, TiB.
 struct Bytes {
@@ -126,7 +128,7 @@ struct Choice {
 
     std::string_view chosen() const { return names[get(value)]; }
     /// False if there is no such name.
-    bool choose(std::string_view name) const;
+    KNAP_API bool choose(std::string_view name) const;
 };
 
 /// A pointer to one field of a Job.
@@ -150,17 +152,17 @@ struct Parameter {
 };
 
 /// Every parameter once, in the order of the job file.
-std::span<const Parameter> parameters();
+KNAP_API std::span<const Parameter> parameters();
 
 /// Checks the value of one parameter against its range; whether it was given at all is not asked.
 /// @throws ConfigError naming the key, its value and the range
-void validate(const Parameter& parameter, const Job& job);
+KNAP_API void validate(const Parameter& parameter, const Job& job);
 
 /// Checks a job against the table: every required parameter is there, every value in its range.
 /// @throws ConfigError naming the first key out of range, its value and the range
-void validate(const Job& job);
+KNAP_API void validate(const Job& job);
 
 /// The value of a parameter as a job file would write it.
-std::string format_value(const Parameter& parameter, const Job& job);
+KNAP_API std::string format_value(const Parameter& parameter, const Job& job);
 
 }  // namespace knap
