@@ -16,10 +16,10 @@
 #include "base/file.hpp"
 #include "emit/draco_tile.hpp"
 #include "emit/lattice.hpp"
-#include "emit/ply_writer.hpp"
 #include "input/draco_reader.hpp"
 #include "knap/archive.hpp"
 #include "knap/error.hpp"
+#include "output/ply_writer.hpp"
 
 namespace knap {
 
