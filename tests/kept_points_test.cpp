@@ -35,15 +35,16 @@ class KeptPointsTest : public EmitFixture {
         std::mutex mutex;
         attempts_ = 0;
         advanced_ = 0;
-        const TakeKept take = [&](std::uint64_t place, std::span<const PointId> ids,
-                                  std::span<const Vec3> positions) {
+        const TakeKept take = [&](const KeptBlock& block) {
             const std::scoped_lock lock(mutex);
-            for (std::size_t i = 0; i < ids.size(); ++i) {
-                found.at(place + i) = {ids[i], positions[i]};
-                ++filled.at(place + i);
+            for (std::size_t i = 0; i < block.ids.size(); ++i) {
+                found.at(block.place + i) = {block.ids[i], block.positions[i]};
+                ++filled.at(block.place + i);
             }
         };
-        const KeptPoints kept{table_, selection_, runs_,
+        const AttributePlan none =
+            plan_attributes(table_.infos(), std::vector<std::string>{"none"});
+        const KeptPoints kept{table_, selection_, runs_, none,
                               [&](const std::string& note) { notes_.push_back(note); }};
         const auto begin = [&] {
             ++attempts_;

@@ -233,13 +233,13 @@ TEST(Las, TheSchemaNamesEveryFieldAndExtraByte) {
     las.vlr_count = 1;
     const auto source = open_source(folder.write("a.las", las.bytes()));
     const std::vector<Attribute>& schema = source->info().schema;
-    ASSERT_EQ(schema.size(), 21U);
-    EXPECT_EQ(schema[0], (Attribute{"X", ScalarType::kInt32, 1}));
-    EXPECT_EQ(schema[14], (Attribute{"GpsTime", ScalarType::kFloat64, 1}));
-    EXPECT_EQ(schema[17], (Attribute{"Blue", ScalarType::kUint16, 1}));
-    EXPECT_EQ(schema[18], (Attribute{"Amplitude", ScalarType::kFloat32, 1}));
-    EXPECT_EQ(schema[19], (Attribute{"Normal", ScalarType::kUint16, 3}));
-    EXPECT_EQ(schema[20], (Attribute{"ExtraBytes", ScalarType::kUint8, 5}));
+    ASSERT_EQ(schema.size(), 24U);
+    EXPECT_EQ(schema[0], (Attribute{"x", ScalarType::kInt32, 1}));
+    EXPECT_EQ(schema[17], (Attribute{"gps_time", ScalarType::kFloat64, 1}));
+    EXPECT_EQ(schema[20], (Attribute{"blue", ScalarType::kUint16, 1}));
+    EXPECT_EQ(schema[21], (Attribute{"Amplitude", ScalarType::kFloat32, 1}));
+    EXPECT_EQ(schema[22], (Attribute{"Normal", ScalarType::kUint16, 3}));
+    EXPECT_EQ(schema[23], (Attribute{"extra_bytes", ScalarType::kUint8, 5}));
 }
 
 TEST(Laz, EqualsItsUncompressedTwin) {

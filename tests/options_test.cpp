@@ -106,6 +106,10 @@ TEST(JobOptions, EveryParameterHasItsFlag) {
                                   "0.001",
                                   "--tile-points",
                                   "5000",
+                                  "--attributes",
+                                  "intensity,red",
+                                  "--encoding",
+                                  "kd",
                                   "--ids",
                                   "ids.txt",
                                   "--overwrite",
@@ -124,6 +128,7 @@ TEST(JobOptions, EveryParameterHasItsFlag) {
         EXPECT_NE(format_value(parameter, job), format_value(parameter, defaults)) << parameter.key;
     }
     EXPECT_EQ(job.range.max_factor, HUGE_VAL);
+    EXPECT_THAT(job.output.attributes, ElementsAre("intensity", "red"));
     EXPECT_EQ(job.resources.memory_bytes, std::uint64_t{1} << 30);
 }
 
@@ -153,6 +158,28 @@ TEST(JobOptions, AFlagMayBeTakenBack) {
     EXPECT_TRUE(discounts({"--discount-noise"}));
     EXPECT_TRUE(discounts({"--discount-noise=true"}));
     EXPECT_FALSE(discounts({"--discount-noise=false"}));
+}
+
+TEST(JobOptions, AttributesAreAllNoneOrNames) {
+    const auto attributes = [](const std::string& text) {
+        return simplify_job({"--attributes", text}).output.attributes;
+    };
+    EXPECT_THAT(simplify_job({}).output.attributes, ElementsAre("all"));
+    EXPECT_THAT(attributes("none"), ElementsAre("none"));
+    EXPECT_THAT(attributes("a b,c"), ElementsAre("a b", "c"));
+    for (const char* text : {"", ",", "a,", "all,a", "a,none"}) {
+        EXPECT_THAT([&] { attributes(text); },
+                    ThrowsMessage<ConfigError>(HasSubstr("expected all, none, or names")))
+            << text;
+    }
+}
+
+TEST(JobOptions, APathMayHaveACommaInIt) {
+    const test::TemporaryFolder folder;
+    write_text_file(folder / "job.toml", "");
+    const std::string file = (folder / "job.toml").string();
+    EXPECT_THAT(parse(JobOptions::Input::kJob, {file, "--set", "input=a,b.ply"}).input,
+                ElementsAre("a,b.ply"));
 }
 
 TEST(JobOptions, APresetIsWhatOtherFlagsChange) {

@@ -54,15 +54,25 @@ struct RangeParams {
     double repair = 0;
 };
 
+/// How tiles are coded (docs/formats.md).
+enum class TileEncoding {
+    kAuto,       ///< by the smallest that the first tile gives
+    kKdTree,     ///< Draco's kd-tree, which forgets the order of points
+    kSequential  ///< Draco's sequential encoding of points in a good order
+};
+
 /// Where the result goes and how it is cut. `path`: an archive folder, or a file ending in .drc or
 /// .ply.
 struct OutputParams {
     std::string path;
     double step = 0;  ///< lattice step, cloud units, >= 0; 0: LAS scale or spacing / 64
     std::uint64_t tile_points = 100000;  ///< most points in a tile, [1000, 10000000]
-    std::string ids;                     ///< also write the kept ids to this file; empty: do not
-    bool overwrite = false;              ///< replace an output that exists
-    bool report = false;                 ///< also write report.html
+    /// What points carry beside their position: "all", "none", or names, at least one.
+    std::vector<std::string> attributes{"all"};
+    TileEncoding encoding = TileEncoding::kAuto;
+    std::string ids;         ///< also write the kept ids to this file; empty: do not
+    bool overwrite = false;  ///< replace an output that exists
+    bool report = false;     ///< also write report.html
 };
 
 /// What the job may use. Nothing here changes the result.

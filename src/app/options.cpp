@@ -27,7 +27,7 @@ std::string type_name(const Parameter& parameter) {
         }
         std::string operator()(bool* /*field*/) const { return ""; }
         std::string operator()(std::string* /*field*/) const { return "PATH"; }
-        std::string operator()(std::vector<std::string>* /*field*/) const { return "PATH"; }
+        std::string operator()(std::vector<std::string>* /*field*/) const { return "NAME,..."; }
     };
     Job job;
     return std::visit(Name{}, parameter.field(job));

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -51,6 +52,7 @@ struct Kind {
 struct Setter {
     std::string_view text;
     std::string_view where;
+    bool lists_names = false;  ///< a list is of names between commas, which a path may have too
 
     void operator()(double* value) const { *value = parse_number(text, where); }
     void operator()(int* value) const { *value = parse_whole<int>(text, where, "an integer"); }
@@ -64,7 +66,18 @@ struct Setter {
         *value = text == "true";
     }
     void operator()(std::string* value) const { *value = text; }
-    void operator()(std::vector<std::string>* value) const { *value = {std::string(text)}; }
+    void operator()(std::vector<std::string>* value) const {
+        if (!lists_names) {
+            *value = {std::string(text)};
+            return;
+        }
+        value->clear();
+        for (std::size_t begin = 0; begin <= text.size();) {
+            const std::size_t end = std::min(text.find(',', begin), text.size());
+            value->emplace_back(text.substr(begin, end - begin));
+            begin = end + 1;
+        }
+    }
 };
 
 }  // namespace
@@ -111,7 +124,8 @@ void choose(const Choice& choice, std::string_view text, std::string_view where)
 
 void set_parameter(Job& job, const Parameter& parameter, std::string_view text,
                    std::string_view where) {
-    std::visit(Setter{text, where}, parameter.field(job));
+    const bool lists_names = parameter.key != "input";
+    std::visit(Setter{text, where, lists_names}, parameter.field(job));
     validate(parameter, job);
 }
 

@@ -17,6 +17,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 constexpr std::array<std::string_view, 2> kEstimators{"fourier", "quadric"};
 constexpr std::array<std::string_view, 2> kLaws{"reciprocal", "chord"};
+constexpr std::array<std::string_view, 3> kEncodings{"auto", "kd", "sequential"};
 
 template <typename Enum>
 Choice choice_of(Enum& value, std::span<const std::string_view> names) {
@@ -180,6 +181,22 @@ constexpr std::array kParameters{
               .high = 1e7,
               .in_result = true,
               .field = [](Job& job) -> ParameterField { return &job.output.tile_points; }},
+    Parameter{.key = "output.attributes",
+              .flag = "--attributes",
+              .unit = "",
+              .range = "all, none, or names",
+              .help = "what kept points carry beside their position",
+              .in_result = true,
+              .field = [](Job& job) -> ParameterField { return &job.output.attributes; }},
+    Parameter{.key = "output.encoding",
+              .flag = "--encoding",
+              .unit = "",
+              .range = "auto, kd or sequential",
+              .help = "how Draco codes tiles; auto: the way that makes the first one smallest",
+              .in_result = true,
+              .field = [](Job& job) -> ParameterField {
+                  return choice_of(job.output.encoding, kEncodings);
+              }},
     Parameter{.key = "output.ids",
               .flag = "--ids",
               .unit = "",
@@ -261,6 +278,14 @@ std::string format_size(std::uint64_t bytes) {
     return fmt::format("{}{}", bytes, kUnits[unit]);
 }
 
+/// All, none, or names without either.
+bool names_attributes(const std::vector<std::string>& wanted) {
+    const auto is_word = [](const std::string& name) { return name == "all" || name == "none"; };
+    const auto is_empty = [](const std::string& name) { return name.empty(); };
+    return !wanted.empty() && std::none_of(wanted.begin(), wanted.end(), is_empty) &&
+           (wanted.size() == 1 || std::none_of(wanted.begin(), wanted.end(), is_word));
+}
+
 bool is_missing(const ParameterField& field) {
     if (const auto* text = std::get_if<std::string*>(&field)) {
         return (*text)->empty();
@@ -331,7 +356,9 @@ void validate(const Parameter& parameter, const Job& job) {
     const bool inside = number.value >= parameter.low && number.value <= parameter.high &&
                         !(parameter.low_open && number.value == parameter.low);
     const bool pairs = parameter.key != "curvature.samples" || job.curvature.samples % 2 == 0;
-    if (number.is_number && !(inside && pairs)) {
+    const bool names =
+        parameter.key != "output.attributes" || names_attributes(job.output.attributes);
+    if ((number.is_number && !(inside && pairs)) || !names) {
         throw ConfigError(fmt::format("{} ({}): expected {}, found {}", parameter.key,
                                       parameter.flag, parameter.range,
                                       format_value(parameter, job)));

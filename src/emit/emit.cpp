@@ -43,10 +43,9 @@ void check_memory(std::uint64_t kept, const EmitRequest& request) {
 std::vector<LatticeIndex> read_indices(const KeptPoints& kept, const Lattice& lattice,
                                        const EmitRequest& request) {
     std::vector<LatticeIndex> indices(kept.selection.count());
-    TakeKept put = [&](std::uint64_t place, std::span<const PointId>,
-                       std::span<const Vec3> positions) {
-        for (std::size_t i = 0; i < positions.size(); ++i) {
-            indices[place + i] = index_of(lattice, positions[i]);
+    TakeKept put = [&](const KeptBlock& block) {
+        for (std::size_t i = 0; i < block.positions.size(); ++i) {
+            indices[block.place + i] = index_of(lattice, block.positions[i]);
         }
     };
     read_kept(
@@ -118,11 +117,10 @@ class TilesThroughScratch {
     void write(const KeptPoints& kept) {
         std::optional<KeptFileWriter> all;
         std::mutex mutex;
-        TakeKept put = [&](std::uint64_t, std::span<const PointId> ids,
-                           std::span<const Vec3> positions) {
+        TakeKept put = [&](const KeptBlock& block) {
             const std::scoped_lock lock(mutex);
-            for (std::size_t i = 0; i < ids.size(); ++i) {
-                all->add(ids[i], positions[i]);
+            for (std::size_t i = 0; i < block.ids.size(); ++i) {
+                all->add(block.ids[i], block.positions[i]);
             }
         };
         const std::filesystem::path path = next_path();
@@ -272,7 +270,9 @@ std::uint64_t emit_memory_bytes(std::uint64_t kept, const OutputParams& output) 
 
 EmitResult emit(const SourceTable& sources, const Selection& selection,
                 const EmitRequest& request) {
-    const KeptPoints kept{sources, selection, request.runs, request.note};
+    const AttributePlan attributes =
+        plan_attributes(sources.infos(), std::vector<std::string>{"none"});
+    const KeptPoints kept{sources, selection, request.runs, attributes, request.note};
     switch (output_kind(request.output.path)) {
         case OutputKind::kArchive:
             return emit_archive(kept, request);

@@ -9,117 +9,13 @@
 #include <vector>
 
 #include "base/threads.hpp"
-#include "input/stream.hpp"
+#include "emit/kept_sources.hpp"
 #include "knap/error.hpp"
 #include "store/ranked_run.hpp"
 
 namespace knap {
 
 namespace {
-
-// Long enough that opening a source costs little, short enough that a range without kept points
-// can be skipped and threads end together.
-constexpr std::uint64_t kRangePoints = 1 << 20;
-constexpr std::size_t kChunkPoints = 1 << 14;
-
-/// Of the sources.
-class KeptReader {
-  public:
-    KeptReader(const SourceTable& sources, const Selection& selection, const TakeKept& take,
-               const std::function<void(std::uint64_t)>& advance)
-        : sources_(sources), selection_(selection), take_(take), advance_(advance) {}
-
-    /// The ranges that hold a kept point; the others are done with at once.
-    std::vector<SourceRange> ranges_to_read() {
-        std::vector<SourceRange> wanted;
-        for (const SourceRange& range : cut_into_ranges(sources_.infos(), kRangePoints)) {
-            const SourceEntry& source = sources_.sources()[range.source];
-            const PointId first = source.first_id + std::min(range.first, source.points);
-            const PointId end =
-                first + std::min(range.count, source.first_id + source.points - first);
-            if (selection_.count_before(end) != selection_.count_before(first)) {
-                wanted.push_back(range);
-            } else {
-                report(end - first);
-            }
-        }
-        return wanted;
-    }
-
-    void consume(const SourceRange& range, const Chunk& chunk) {
-        const SourceEntry& source = sources_.sources()[range.source];
-        if (chunk.first + chunk.positions.size() > source.points) {
-            throw_changed(source, fmt::format("at least {}", chunk.first + chunk.positions.size()));
-        }
-        std::vector<PointId> ids;
-        std::vector<Vec3> kept;
-        const PointId first = source.first_id + chunk.first;
-        for (std::size_t i = 0; i < chunk.positions.size(); ++i) {
-            if (selection_.test(first + i)) {
-                ids.push_back(first + i);
-                kept.push_back(chunk.positions[i]);
-            }
-        }
-        if (!kept.empty()) {
-            taken_ += kept.size();
-            take_(selection_.count_before(first), ids, kept);
-        }
-        report(chunk.positions.size());
-    }
-
-    /// @throws InputError if not every kept point was met
-    void check_complete() const {
-        if (taken_ != selection_.count()) {
-            throw InputError(fmt::format(
-                "{}{}: expected the sources that were surveyed, found {} of {} kept points",
-                sources_.sources().front().info.path.string(),
-                sources_.sources().size() > 1 ? " and the other sources" : "", taken_.load(),
-                selection_.count()));
-        }
-    }
-
-  private:
-    [[noreturn]] static void throw_changed(const SourceEntry& source, std::string_view found) {
-        throw InputError(fmt::format("{}: expected {} points as in the survey, found {}",
-                                     source.info.path.string(), source.points, found));
-    }
-
-    void report(std::uint64_t points) {
-        if (advance_) {
-            const std::scoped_lock lock(mutex_);
-            advance_(points);
-        }
-    }
-
-    const SourceTable& sources_;
-    const Selection& selection_;
-    const TakeKept& take_;
-    const std::function<void(std::uint64_t)>& advance_;
-    std::mutex mutex_;
-    std::atomic<std::uint64_t> taken_{0};
-};
-
-void read_from_sources(const KeptPoints& kept, int workers, const TakeKept& take,
-                       const std::function<void(std::uint64_t)>& advance) {
-    KeptReader reader(kept.sources, kept.selection, take, advance);
-    const std::vector<SourceRange> ranges = reader.ranges_to_read();
-    const std::vector<SourceInfo> infos = kept.sources.infos();
-    if (workers == 1) {
-        // One call a range: the order of ranges is then ours and not the scheduler's.
-        for (const SourceRange& range : ranges) {
-            stream_ranges(infos, std::span(&range, 1), 1, kChunkPoints,
-                          [&](std::size_t, std::size_t, const Chunk& chunk) {
-                              reader.consume(range, chunk);
-                          });
-        }
-    } else {
-        stream_ranges(infos, ranges, workers, kChunkPoints,
-                      [&](std::size_t, std::size_t range, const Chunk& chunk) {
-                          reader.consume(ranges[range], chunk);
-                      });
-    }
-    reader.check_complete();
-}
 
 /// A run does not hold what merge has left there.
 class DamagedRun : public std::runtime_error {
@@ -161,7 +57,7 @@ void read_run(const KeptPoints& kept, const std::filesystem::path& run,
                             run.string()));
         }
         if (!ids.empty()) {
-            take(place, ids, positions);
+            take({place, ids, positions, {}});
             advance(ids.size());
         }
     }
@@ -198,7 +94,7 @@ void read_from_runs(const KeptPoints& kept, int workers, const TakeKept& take,
 void read_kept(const KeptPoints& kept, int workers, const std::function<TakeKept()>& begin,
                const std::function<void(std::uint64_t)>& advance) {
     std::uint64_t told = 0;
-    if (!kept.runs.empty()) {
+    if (!kept.runs.empty() && kept.attributes.empty()) {
         try {
             read_from_runs(kept, workers, begin(), [&](std::uint64_t points) {
                 told += points;
@@ -210,16 +106,16 @@ void read_kept(const KeptPoints& kept, int workers, const std::function<TakeKept
         }
     }
     // What was told does not count again.
-    read_from_sources(kept, workers, begin(), [&](std::uint64_t points) {
+    read_sources(kept, workers, begin(), [&](std::uint64_t points) {
         const std::uint64_t known = std::min(points, told);
         told -= known;
         advance(points - known);
     });
 }
 
-void read_kept_in_order(const KeptPoints& kept, const TakeKept& take,
+void read_kept_in_order(const KeptPoints& kept, int workers, const TakeKept& take,
                         const std::function<void(std::uint64_t)>& advance) {
-    read_from_sources(kept, 1, take, advance);
+    read_sources_in_order(kept, workers, take, advance);
 }
 
 }  // namespace knap

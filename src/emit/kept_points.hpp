@@ -1,11 +1,13 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <span>
 #include <string>
 
+#include "emit/attribute_plan.hpp"
 #include "knap/geometry.hpp"
 #include "store/selection.hpp"
 #include "store/source_table.hpp"
@@ -17,21 +19,27 @@ struct KeptPoints {
     const SourceTable& sources;
     const Selection& selection;  ///< finished, of sources.points() ids
     /// Ranked runs that together hold every kept point once, and others or not; none: only the
-    /// sources.
+    /// sources. They hold no attributes: where a plan has some, the sources are read.
     std::span<const std::filesystem::path> runs;
+    const AttributePlan& attributes;  ///< what to carry
     /// Told that a run cannot be read, and why.
     std::function<void(const std::string&)> note = [](const std::string&) {};
 };
 
 /// Some kept points.
-/// @param place      of the first; the points of all calls fill the places from 0 once each
-/// @param ids        at least one
-/// @param positions  of each, as its source gives it
-using TakeKept = std::function<void(std::uint64_t place, std::span<const PointId> ids,
-                                    std::span<const Vec3> positions)>;
+struct KeptBlock {
+    /// Of the first; the points of all blocks fill the places from 0 once each. Where they come
+    /// from the sources, places are in the order of ids.
+    std::uint64_t place = 0;
+    std::span<const PointId> ids;     ///< at least one
+    std::span<const Vec3> positions;  ///< of each, as its source gives it
+    std::span<const std::byte> rows;  ///< of each, as AttributePlan has them
+};
 
-/// Hands over the kept points in any order: from the runs, or, where there are none or one is
-/// damaged, from the sources.
+using TakeKept = std::function<void(const KeptBlock& block)>;
+
+/// Hands over the kept points in any order: from the runs, or, where there are none, one is damaged
+/// or attributes are to be carried, from the sources.
 ///
 /// @param workers  >= 1 threads that take() may be called from at once
 /// @param begin    gives the take() of an attempt; called again if the points of the attempt before
@@ -43,8 +51,12 @@ void read_kept(const KeptPoints& kept, int workers, const std::function<TakeKept
 
 /// Streams the sources once more and hands over the kept points by ascending id. What holds none of
 /// them is not read.
+/// @param workers  >= 1 threads that read; take() is called by one of them at a time
 /// @throws InputError as read_kept()
-void read_kept_in_order(const KeptPoints& kept, const TakeKept& take,
+void read_kept_in_order(const KeptPoints& kept, int workers, const TakeKept& take,
                         const std::function<void(std::uint64_t)>& advance);
+
+/// Memory that read_kept_in_order() takes.
+std::uint64_t read_in_order_memory_bytes(int workers, std::size_t row_size);
 
 }  // namespace knap

@@ -33,7 +33,7 @@ EmitResult emit_single_file(const KeptPoints& kept, const EmitRequest& request) 
     const HeaderWithNotes made = make_cloud_header(
         format, origins_of(kept.sources),
         {.points = kept.selection.count(),
-         .attributes = {},
+         .attributes = kept.attributes.attributes,
          .box = kept.sources.box(),
          .step =
              is_las ? choose_lattice(request.output.step, kept.sources, request.spacing).step : 1});
@@ -41,9 +41,8 @@ EmitResult emit_single_file(const KeptPoints& kept, const EmitRequest& request) 
         request.note(note);
     }
     const std::unique_ptr<CloudWriter> writer = open_cloud_writer(path, made.header);
-    const auto append = [&](std::uint64_t, std::span<const PointId>,
-                            std::span<const Vec3> positions) { writer->append(positions); };
-    read_kept_in_order(kept, append, request.advance);
+    const auto append = [&](const KeptBlock& block) { writer->append(block.positions, block.rows); };
+    read_kept_in_order(kept, request.threads, append, request.advance);
     const EmitResult result{path, 0, writer->complete()};
     request.on_whole(result, path.parent_path());
     writer->commit();

@@ -3,12 +3,51 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstring>
 #include <set>
 #include <string>
 
 #include "knap/error.hpp"
 
 namespace knap {
+
+namespace {
+
+/// A size that the compiler knows makes a copy one instruction.
+template <std::size_t kSize>
+void copy_fixed(const std::byte* from, std::size_t stride, std::size_t n, std::byte* to,
+                bool swap) {
+    for (std::size_t i = 0; i < n; ++i, from += stride, to += kSize) {
+        std::memcpy(to, from, kSize);
+        if (swap) {
+            std::reverse(to, to + kSize);
+        }
+    }
+}
+
+}  // namespace
+
+void copy_values(const std::byte* from, std::size_t stride, std::size_t n, std::byte* to,
+                 std::size_t size, bool swap) {
+    switch (size) {
+        case 1:
+            return copy_fixed<1>(from, stride, n, to, swap);
+        case 2:
+            return copy_fixed<2>(from, stride, n, to, swap);
+        case 4:
+            return copy_fixed<4>(from, stride, n, to, swap);
+        case 8:
+            return copy_fixed<8>(from, stride, n, to, swap);
+        default:
+            break;
+    }
+    for (std::size_t i = 0; i < n; ++i, from += stride, to += size) {
+        std::memcpy(to, from, size);
+        if (swap) {
+            std::reverse(to, to + size);
+        }
+    }
+}
 
 std::vector<std::size_t> attributes_of(const SourceInfo& info) {
     std::vector<std::size_t> attributes;

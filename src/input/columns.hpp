@@ -36,6 +36,11 @@ class ColumnSelection {
     std::vector<std::size_t> value_sizes_;
 };
 
+/// Takes values of `size` bytes that lie `stride` bytes apart together.
+/// @param swap  the bytes of each value are reversed
+void copy_values(const std::byte* from, std::size_t stride, std::size_t n, std::byte* to,
+                 std::size_t size, bool swap);
+
 /// Gives columns of the same name names of their own: "quality", "quality (2)".
 void make_names_unique(std::vector<Attribute>& schema);
 

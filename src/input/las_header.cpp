@@ -28,7 +28,8 @@ constexpr std::size_t kGlobalEncoding = 6, kVersion = 24, kHeaderSize = 94, kPoi
                       kScale = 131, kOffset = 155, kWaveformStart = 227, kEvlrStart = 235,
                       kEvlrCount = 243, kCount = 247;
 constexpr std::size_t kVlrHead = 54, kEvlrHead = 60, kUserId = 2, kUserIdSize = 16, kRecordId = 18,
-                      kRecordSize = 20;
+                      kRecordSize = 20, kVlrDescription = 22, kEvlrDescription = 28,
+                      kDescriptionSize = 32;
 
 class HeaderBytes {
   public:
@@ -118,6 +119,10 @@ void list_records(const InputFile& file, std::uint64_t begin, std::uint64_t end,
         const char* user_id = reinterpret_cast<const char*>(head.data() + kUserId);
         record.user_id.assign(user_id, ::strnlen(user_id, kUserIdSize));
         record.id = load_little<std::uint16_t>(head.data() + kRecordId);
+        record.extended = extended;
+        const char* description = reinterpret_cast<const char*>(
+            head.data() + (extended ? kEvlrDescription : kVlrDescription));
+        record.description.assign(description, ::strnlen(description, kDescriptionSize));
         record.offset = begin + head_size;
         record.length = extended ? load_little<std::uint64_t>(head.data() + kRecordSize)
                                  : load_little<std::uint16_t>(head.data() + kRecordSize);

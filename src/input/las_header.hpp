@@ -39,6 +39,8 @@ LasHeader read_las_header(const InputFile& file);
 struct LasRecord {
     std::string user_id;
     std::uint16_t id = 0;
+    std::string description;
+    bool extended = false;
     std::uint64_t offset = 0;  ///< of its content
     std::uint64_t length = 0;
 };

@@ -75,19 +75,20 @@ void check_count(const InputFile& file, const LasHeader& header) {
 
 class LasSource final : public PointSource {
   public:
-    LasSource(InputFile file, const LasHeader& header, SourceInfo info)
-        : file_(std::move(file)), header_(header), info_(std::move(info)), reader_(file_) {
+    LasSource(InputFile file, const LasHeader& header, std::vector<LasField> fields,
+              SourceInfo info)
+        : file_(std::move(file)),
+          header_(header),
+          fields_(std::move(fields)),
+          info_(std::move(info)),
+          reader_(file_) {
         reader_.seek(header_.points_offset);
     }
 
     const SourceInfo& info() const override { return info_; }
 
     void select(std::span<const std::size_t> attributes) override {
-        if (!attributes.empty()) {
-            throw InputError(
-                fmt::format("{}: expected a binary PLY to read attributes of, found LAS",
-                            file_.path().string()));
-        }
+        selection_.select(info_, attributes);
     }
 
     bool read(Chunk& chunk, std::size_t max_points) override {
@@ -95,10 +96,13 @@ class LasSource final : public PointSource {
             static_cast<std::size_t>(std::min<std::uint64_t>(header_.count - next_, max_points));
         chunk.first = next_;
         chunk.positions.resize(wanted);
+        selection_.resize(chunk, wanted);
         const std::size_t block = BufferedReader::kCapacity / header_.record_length;
         for (std::size_t done = 0; done < wanted;) {
             const std::size_t n = std::min(block, wanted - done);
-            decode(reader_.take(n * header_.record_length), n, chunk.positions.data() + done);
+            const std::byte* records = reader_.take(n * header_.record_length);
+            decode(records, n, chunk.positions.data() + done);
+            take_las_columns(fields_, selection_, records, n, header_.record_length, chunk, done);
             done += n;
         }
         next_ += wanted;
@@ -126,7 +130,9 @@ class LasSource final : public PointSource {
 
     InputFile file_;
     LasHeader header_;
+    std::vector<LasField> fields_;
     SourceInfo info_;
+    ColumnSelection selection_;
     std::array<GridAxis, 3> axes_{GridAxis(header_.scale.x, header_.offset.x),
                                   GridAxis(header_.scale.y, header_.offset.y),
                                   GridAxis(header_.scale.z, header_.offset.z)};
@@ -139,13 +145,14 @@ class LasSource final : public PointSource {
 std::unique_ptr<PointSource> open_las(InputFile file) {
     const LasHeader header = read_las_header(file);
     const std::vector<LasRecord> records = list_las_records(file, header);
-    SourceInfo info = describe_las(file, header, records);
+    std::vector<LasField> fields = las_fields(file, header, records);
+    SourceInfo info = describe_las(file, header, records, fields);
     if (header.compressed) {
-        return open_laz(std::move(file), header, records, std::move(info));
+        return open_laz(std::move(file), header, records, std::move(fields), std::move(info));
     }
     check_count(file, header);
     info.seek_granularity = 1;
-    return std::make_unique<LasSource>(std::move(file), header, std::move(info));
+    return std::make_unique<LasSource>(std::move(file), header, std::move(fields), std::move(info));
 }
 
 }  // namespace knap

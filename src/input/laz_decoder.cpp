@@ -7,8 +7,12 @@
 #ifdef KNAP_HAVE_LASZIP
 #include <laszip/laszip_api.h>
 
+#include <algorithm>
+#include <array>
 #include <cstring>
+#include <initializer_list>
 #include <istream>
+#include <utility>
 
 #include "input/bytes.hpp"
 #include "input/laz_stream.hpp"
@@ -58,14 +62,124 @@ std::vector<std::byte> make_head(const LasHeader& header, const LazLayout& layou
     return head;
 }
 
+/// What LASzip calls the layers.
+laszip_U32 selection_of(const LasLayers& layers) {
+    constexpr std::array<std::pair<LasLayer, laszip_U32>, 10> kNames{
+        {{LasLayer::kIntensity, laszip_DECOMPRESS_SELECTIVE_INTENSITY},
+         {LasLayer::kClassification, laszip_DECOMPRESS_SELECTIVE_CLASSIFICATION},
+         {LasLayer::kFlags, laszip_DECOMPRESS_SELECTIVE_FLAGS},
+         {LasLayer::kScanAngle, laszip_DECOMPRESS_SELECTIVE_SCAN_ANGLE},
+         {LasLayer::kUserData, laszip_DECOMPRESS_SELECTIVE_USER_DATA},
+         {LasLayer::kPointSource, laszip_DECOMPRESS_SELECTIVE_POINT_SOURCE},
+         {LasLayer::kGpsTime, laszip_DECOMPRESS_SELECTIVE_GPS_TIME},
+         {LasLayer::kColour, laszip_DECOMPRESS_SELECTIVE_RGB},
+         {LasLayer::kInfrared, laszip_DECOMPRESS_SELECTIVE_NIR},
+         {LasLayer::kExtraBytes, laszip_DECOMPRESS_SELECTIVE_EXTRA_BYTES}}};
+    laszip_U32 selection =
+        laszip_DECOMPRESS_SELECTIVE_CHANNEL_RETURNS_XY | laszip_DECOMPRESS_SELECTIVE_Z;
+    for (const auto& [layer, name] : kNames) {
+        selection |= layers.test(static_cast<std::size_t>(layer)) ? name : 0;
+    }
+    return selection;
+}
+
+std::uint8_t packed(std::initializer_list<std::pair<unsigned, int>> fields) {
+    unsigned byte = 0;
+    int shift = 0;
+    for (const auto& [value, bits] : fields) {
+        byte |= value << static_cast<unsigned>(shift);
+        shift += bits;
+    }
+    return static_cast<std::uint8_t>(byte);
+}
+
+/// Writes a point as a LAS file of its format has it.
+class RecordWriter {
+  public:
+    explicit RecordWriter(const LasHeader& header)
+        : format_(header.point_format),
+          length_(header.record_length),
+          base_(las_record_length(header.point_format)) {}
+
+    std::size_t length() const { return length_; }
+
+    void write(const laszip_point_struct& point, std::byte* to) const {
+        store_little(to, point.X);
+        store_little(to + 4, point.Y);
+        store_little(to + 8, point.Z);
+        store_little(to + 12, point.intensity);
+        format_ <= 5 ? write_legacy(point, to) : write_new(point, to);
+        if (length_ > base_) {
+            std::memcpy(to + base_, point.extra_bytes, length_ - base_);
+        }
+    }
+
+  private:
+    void write_legacy(const laszip_point_struct& point, std::byte* to) const {
+        store_little(to + 14, packed({{point.return_number, 3},
+                                      {point.number_of_returns, 3},
+                                      {point.scan_direction_flag, 1},
+                                      {point.edge_of_flight_line, 1}}));
+        store_little(to + 15, packed({{point.classification, 5},
+                                      {point.synthetic_flag, 1},
+                                      {point.keypoint_flag, 1},
+                                      {point.withheld_flag, 1}}));
+        store_little(to + 16, point.scan_angle_rank);
+        store_little(to + 17, point.user_data);
+        store_little(to + 18, point.point_source_ID);
+        std::byte* next = to + 20;
+        if (format_ != 0 && format_ != 2) {
+            store_little(next, point.gps_time);
+            next += sizeof point.gps_time;
+        }
+        if (format_ == 2 || format_ == 3 || format_ == 5) {
+            next = write_channels(point, 3, next);
+        }
+        std::fill(next, to + base_, std::byte{0});
+    }
+
+    void write_new(const laszip_point_struct& point, std::byte* to) const {
+        store_little(to + 14, packed({{point.extended_return_number, 4},
+                                      {point.extended_number_of_returns, 4}}));
+        store_little(to + 15, packed({{point.extended_classification_flags, 4},
+                                      {point.extended_scanner_channel, 2},
+                                      {point.scan_direction_flag, 1},
+                                      {point.edge_of_flight_line, 1}}));
+        store_little(to + 16, point.extended_classification);
+        store_little(to + 17, point.user_data);
+        store_little(to + 18, point.extended_scan_angle);
+        store_little(to + 20, point.point_source_ID);
+        store_little(to + 22, point.gps_time);
+        std::byte* next = to + 30;
+        if (format_ == 7 || format_ == 8 || format_ == 10) {
+            next = write_channels(point, format_ == 7 ? 3 : 4, next);
+        }
+        std::fill(next, to + base_, std::byte{0});
+    }
+
+    static std::byte* write_channels(const laszip_point_struct& point, int channels,
+                                     std::byte* to) {
+        for (int i = 0; i < channels; ++i, to += sizeof(laszip_U16)) {
+            store_little(to, point.rgb[i]);
+        }
+        return to;
+    }
+
+    int format_;
+    std::size_t length_;
+    std::size_t base_;  // bytes before extra ones
+};
+
 }  // namespace
 
 struct LazChunkDecoder::State {
     State(const InputFile& input, const LasHeader& header, const LazLayout& layout,
-          const LazChunk& of)
+          const LazChunk& of, const LasLayers& layers)
         : file(input),
           chunk(of),
           left(of.points),
+          selection(selection_of(layers)),
+          writer(header),
           buffer(make_head(header, layout, of), input, of.begin, of.end),
           stream(&buffer) {
         open();
@@ -79,9 +193,7 @@ struct LazChunkDecoder::State {
         if (laszip_create(&reader) != 0) {
             throw InputError(fmt::format("{}: cannot start LASzip", file.path().string()));
         }
-        // Of layered points only the coordinates are decoded.
-        if (laszip_decompress_selective(reader, laszip_DECOMPRESS_SELECTIVE_CHANNEL_RETURNS_XY |
-                                                    laszip_DECOMPRESS_SELECTIVE_Z) != 0 ||
+        if (laszip_decompress_selective(reader, selection) != 0 ||
             laszip_open_reader_stream(reader, stream, &compressed) != 0 ||
             laszip_get_point_pointer(reader, &point) != 0) {
             const std::string reason = message();
@@ -113,9 +225,29 @@ struct LazChunkDecoder::State {
                         chunk.points - left, reason));
     }
 
+    /// Reads the next points and says so after each.
+    template <typename Take>
+    void read(std::size_t points, Take&& take) {
+        for (std::size_t i = 0; i < points; ++i) {
+            if (laszip_read_point(reader) != 0) {
+                fail(message());
+            }
+            take(i);
+            --left;
+        }
+        // A coder that is still in step ends exactly where its chunk does.
+        if (left == 0 && buffer.remaining() > 0) {
+            fail(fmt::format("{} bytes are left over", buffer.remaining()));
+        }
+    }
+
+    LasIndex index() const { return {point->X, point->Y, point->Z}; }
+
     const InputFile& file;
     LazChunk chunk;
     std::uint64_t left;
+    laszip_U32 selection;
+    RecordWriter writer;
     LazStreamBuffer buffer;
     std::istream stream;
     laszip_POINTER reader = nullptr;
@@ -127,8 +259,9 @@ bool has_laszip() {
 }
 
 LazChunkDecoder::LazChunkDecoder(const InputFile& file, const LasHeader& header,
-                                 const LazLayout& layout, const LazChunk& chunk)
-    : state_(std::make_unique<State>(file, header, layout, chunk)) {}
+                                 const LazLayout& layout, const LazChunk& chunk,
+                                 const LasLayers& layers)
+    : state_(std::make_unique<State>(file, header, layout, chunk, layers)) {}
 
 LazChunkDecoder::~LazChunkDecoder() = default;
 
@@ -141,18 +274,15 @@ std::uint64_t LazChunkDecoder::remaining() const {
 }
 
 void LazChunkDecoder::read(std::span<LasIndex> points) {
-    State& state = *state_;
-    for (LasIndex& index : points) {
-        if (laszip_read_point(state.reader) != 0) {
-            state.fail(state.message());
-        }
-        index = {state.point->X, state.point->Y, state.point->Z};
-        --state.left;
-    }
-    // A coder that is still in step ends exactly where its chunk does.
-    if (state.left == 0 && state.buffer.remaining() > 0) {
-        state.fail(fmt::format("{} bytes are left over", state.buffer.remaining()));
-    }
+    state_->read(points.size(), [&](std::size_t i) { points[i] = state_->index(); });
+}
+
+void LazChunkDecoder::read(std::span<LasIndex> points, std::span<std::byte> records) {
+    const RecordWriter& writer = state_->writer;
+    state_->read(points.size(), [&](std::size_t i) {
+        points[i] = state_->index();
+        writer.write(*state_->point, records.data() + i * writer.length());
+    });
 }
 
 #else
@@ -166,7 +296,7 @@ bool has_laszip() {
 }
 
 LazChunkDecoder::LazChunkDecoder(const InputFile& file, const LasHeader&, const LazLayout&,
-                                 const LazChunk&) {
+                                 const LazChunk&, const LasLayers&) {
     throw InputError(fmt::format("{}: cannot decode LAZ without LASzip", file.path().string()));
 }
 
@@ -181,6 +311,8 @@ std::uint64_t LazChunkDecoder::remaining() const {
 }
 
 void LazChunkDecoder::read(std::span<LasIndex>) {}
+
+void LazChunkDecoder::read(std::span<LasIndex>, std::span<std::byte>) {}
 
 #endif
 

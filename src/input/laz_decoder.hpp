@@ -1,14 +1,20 @@
 #pragma once
 
+#include <bitset>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
 
 #include "base/file.hpp"
+#include "input/las_fields.hpp"
 #include "input/las_header.hpp"
 #include "input/laz_layout.hpp"
 
 namespace knap {
+
+/// A set of LasLayer.
+using LasLayers = std::bitset<11>;
 
 /// Native coordinates of a LAS point.
 struct LasIndex {
@@ -25,9 +31,11 @@ class LazChunkDecoder {
   public:
     /// @param file    outlives the decoder
     /// @param layout  of `file`, checked
+    /// @param layers  to be decoded, beside the coordinates; older point formats have no layers and
+    ///                are decoded as a whole
     /// @throws InputError if knap was built without LASzip, or LASzip refuses the chunk
     LazChunkDecoder(const InputFile& file, const LasHeader& header, const LazLayout& layout,
-                    const LazChunk& chunk);
+                    const LazChunk& chunk, const LasLayers& layers);
     ~LazChunkDecoder();
     LazChunkDecoder(const LazChunkDecoder&) = delete;
     LazChunkDecoder& operator=(const LazChunkDecoder&) = delete;
@@ -40,6 +48,11 @@ class LazChunkDecoder {
     /// Reads the next points, at most remaining().
     /// @throws InputError if the chunk is corrupt: it does not hold its points, or more than them
     void read(std::span<LasIndex> points);
+
+    /// As read(points), with the points as an uncompressed file has them, but for waveforms, which
+    /// are zeros, and layers that are not decoded, which are undefined.
+    /// @param records  points.size() times the record length of the header
+    void read(std::span<LasIndex> points, std::span<std::byte> records);
 
   private:
     struct State;

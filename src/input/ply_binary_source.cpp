@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cstring>
 #include <limits>
 #include <utility>
 
@@ -35,32 +34,6 @@ void decode_axis(const std::byte* from, std::size_t stride, std::size_t n, Vec3*
         swap ? decode_axis<T, true>(from, stride, n, to, axis)
              : decode_axis<T, false>(from, stride, n, to, axis);
     });
-}
-
-template <std::size_t kSize>
-void copy_values(const std::byte* from, std::size_t stride, std::size_t n, std::byte* to,
-                 bool swap) {
-    for (std::size_t i = 0; i < n; ++i, from += stride, to += kSize) {
-        std::memcpy(to, from, kSize);
-        if (swap) {
-            std::reverse(to, to + kSize);
-        }
-    }
-}
-
-/// Takes values of `size` bytes that lie `stride` bytes apart together.
-void copy_values(const std::byte* from, std::size_t stride, std::size_t n, std::byte* to,
-                 std::size_t size, bool swap) {
-    switch (size) {
-        case 1:
-            return copy_values<1>(from, stride, n, to, swap);
-        case 2:
-            return copy_values<2>(from, stride, n, to, swap);
-        case 4:
-            return copy_values<4>(from, stride, n, to, swap);
-        default:
-            return copy_values<8>(from, stride, n, to, swap);
-    }
 }
 
 class BinaryPlySource final : public PointSource {

@@ -20,7 +20,8 @@ struct Reader {
     Chunk chunk;
 
     /// Brings the reader to `first` of source number `of`.
-    void open(const SourceInfo& info, std::size_t of, std::uint64_t first) {
+    void open(const SourceInfo& info, std::size_t of, std::uint64_t first,
+              std::span<const std::size_t> columns) {
         if (!source || index != of || (next != first && info.seek_granularity == 0)) {
             source.reset();
             source = open_source(info.path);
@@ -31,17 +32,30 @@ struct Reader {
                     "{}: expected {} bytes as when the job began, found {}: the file has changed",
                     info.path.string(), info.size_bytes, source->info().size_bytes));
             }
+            if (!columns.empty()) {
+                select(info, columns);
+            }
         }
         if (next != first) {
             source->seek(first);
             next = first;
         }
     }
+
+    void select(const SourceInfo& info, std::span<const std::size_t> columns) const {
+        if (source->info().schema != info.schema) {
+            throw InputError(fmt::format(
+                "{}: expected attributes as when the job began, found others: the file has changed",
+                info.path.string()));
+        }
+        source->select(columns);
+    }
 };
 
 void read_range(Reader& reader, const SourceInfo& info, const SourceRange& range,
-                std::size_t chunk_points, const std::function<void(const Chunk&)>& consume) {
-    reader.open(info, range.source, range.first);
+                std::size_t chunk_points, std::span<const std::size_t> columns,
+                const std::function<void(const Chunk&)>& consume) {
+    reader.open(info, range.source, range.first, columns);
     std::uint64_t left = range.count;
     while (left > 0) {
         const auto most = static_cast<std::size_t>(std::min<std::uint64_t>(chunk_points, left));
@@ -85,11 +99,14 @@ std::vector<SourceRange> cut_into_ranges(std::span<const SourceInfo> sources,
 }
 
 void stream_ranges(std::span<const SourceInfo> sources, std::span<const SourceRange> ranges,
-                   int workers, std::size_t chunk_points, const ConsumeChunk& consume) {
+                   int workers, std::size_t chunk_points, const ConsumeChunk& consume,
+                   std::span<const std::vector<std::size_t>> columns) {
     std::vector<Reader> readers(static_cast<std::size_t>(std::max(workers, 1)));
     run_tasks(ranges.size(), workers, [&](std::size_t task, std::size_t worker) {
         const SourceRange& range = ranges[task];
-        read_range(readers[worker], sources[range.source], range, chunk_points,
+        const std::span<const std::size_t> selected =
+            columns.empty() ? std::span<const std::size_t>() : columns[range.source];
+        read_range(readers[worker], sources[range.source], range, chunk_points, selected,
                    [&](const Chunk& chunk) { consume(worker, task, chunk); });
     });
 }

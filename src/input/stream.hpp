@@ -33,9 +33,12 @@ using ConsumeChunk = std::function<void(std::size_t worker, std::size_t range, c
 /// most one chunk at a time for each worker slot; ranges come in any order.
 ///
 /// @param chunk_points  most points in a chunk, > 0
+/// @param columns       of each source those that its chunks are to have, as PointSource::select()
+///                      takes them; empty: none of any
 /// @throws InputError if a source changed since `sources` was taken, or does not hold a range's
 ///         count; whatever `consume` throws
 void stream_ranges(std::span<const SourceInfo> sources, std::span<const SourceRange> ranges,
-                   int workers, std::size_t chunk_points, const ConsumeChunk& consume);
+                   int workers, std::size_t chunk_points, const ConsumeChunk& consume,
+                   std::span<const std::vector<std::size_t>> columns = {});
 
 }  // namespace knap

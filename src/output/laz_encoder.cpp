@@ -135,7 +135,9 @@ std::vector<std::byte> LazEncoder::record() const {
     laszip_U8* content = nullptr;
     laszip_U32 size = 0;
     state_->check(laszip_create_laszip_vlr(state_->writer, &content, &size));
-    const auto bytes = std::as_bytes(std::span(content, size));
+    // With its head, as it stands in a file.
+    constexpr std::size_t kHead = 54;
+    const auto bytes = std::as_bytes(std::span(content, size)).subspan(kHead);
     return {bytes.begin(), bytes.end()};
 }
 
