@@ -145,5 +145,92 @@ TEST(Columns, ACoordinateOrTheSameColumnTwiceCannotBeSelected) {
     }
 }
 
+std::string doubles(std::initializer_list<double> values) {
+    std::string bytes;
+    for (const double value : values) {
+        bytes += raw(value);
+    }
+    return bytes;
+}
+
+TEST(Columns, OfTextHaveTheNamesOfTheHeaderOrNumbers) {
+    const ScanFolder folder;
+    const auto csv = open_source(folder.write(
+        "a.csv",
+        "name,Z,quality,x,y,word,quality\nq,1,0.1,2,3,7,\nr,4,,5,6,w,-1e300\ns,7,3,8,9\n"));
+    EXPECT_EQ(csv->info().axes, (std::array<std::size_t, 3>{2, 3, 0}));
+    EXPECT_EQ(csv->info().unsupported,
+              (std::vector<std::string>{"words in column 'name'", "words in column 'word'"}));
+    const std::vector<std::size_t> all = attributes_of(csv->info());
+    ASSERT_EQ(all, (std::vector<std::size_t>{1, 4}));
+    EXPECT_EQ(csv->info().schema[4].name, "quality (2)");
+    const double missing = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_EQ(read_columns(*csv, {4, 1}, 2),
+              (std::vector<std::string>{doubles({missing, -1e300, missing}),
+                                        doubles({0.1, missing, 3})}));
+
+    const auto xyz = open_source(folder.write("a.xyz", "1 2 3 4 5\n1 2 3 0x 6\n1 2 3 7 8\n"));
+    EXPECT_EQ(xyz->info().schema[3].name, "column5");
+    EXPECT_EQ(xyz->info().unsupported, (std::vector<std::string>{"words in column 'column4'"}));
+    EXPECT_EQ(read_columns(*xyz, {3}), (std::vector<std::string>{doubles({5, 6, 8})}));
+}
+
+TEST(Columns, AWordFarDownATextColumnIsAnErrorOnlyIfTheColumnIsWanted) {
+    const ScanFolder folder;
+    std::string text;
+    for (int i = 0; i < 2000; ++i) {
+        text += "1 2 3 4\n";
+    }
+    const auto path = folder.write("a.xyz", text + "1 2 3 four\n");
+    EXPECT_EQ(test::read_all(path).size(), 2001U);
+    try {
+        read_columns(*open_source(path), {3});
+        ADD_FAILURE() << "no error";
+    } catch (const InputError& error) {
+        EXPECT_NE(std::string(error.what()).find("line 2001: expected a number in column 4"),
+                  std::string::npos)
+            << error.what();
+    }
+}
+
+TEST(Columns, AValueThatItsTypeCannotHoldIsAnErrorOnlyIfItIsWanted) {
+    const ScanFolder folder;
+    const std::string head =
+        "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+        "property float z\nproperty ";
+    const auto read = [&](const std::string& type, const std::string& value) {
+        const auto path =
+            folder.write("a.ply", head + type + " a\nend_header\n1 2 3 " + value + "\n");
+        EXPECT_EQ(test::read_all(path).size(), 1U);
+        return read_columns(*open_source(path), {3})[0];
+    };
+    EXPECT_EQ(read("int64", "-9223372036854775808"), raw(std::numeric_limits<std::int64_t>::min()));
+    EXPECT_EQ(read("uint64", "18446744073709551615"), raw(~std::uint64_t{0}));
+    EXPECT_EQ(read("uchar", "+7.0"), raw(std::uint8_t{7}));
+    EXPECT_EQ(read("float", "1e99"), raw(std::numeric_limits<float>::infinity()));
+    for (const auto& [type, value] :
+         std::vector<std::pair<std::string, std::string>>{{"uchar", "256"},
+                                                          {"char", "-129"},
+                                                          {"short", "1.5"},
+                                                          {"uint64", "18446744073709551616"},
+                                                          {"int64", "9223372036854775808"},
+                                                          {"double", "one"},
+                                                          {"uint", "-1"}}) {
+        EXPECT_THROW(read(type, value), InputError) << type << " " << value;
+    }
+}
+
+TEST(Columns, OfSharedPlysAreTheSameInAsciiAndBinary) {
+    if (!std::filesystem::exists(test::shared_data("ply"))) {
+        GTEST_SKIP() << "no shared data";
+    }
+    const auto ascii = open_source(test::shared_data("ply/test_pos_color_ascii.ply"));
+    const auto binary = open_source(test::shared_data("ply/test_pos_color.ply"));
+    const std::vector<std::size_t> all = attributes_of(ascii->info());
+    ASSERT_EQ(all.size(), 4U);
+    EXPECT_EQ(ascii->info().schema, binary->info().schema);
+    EXPECT_EQ(read_columns(*ascii, all), read_columns(*binary, all));
+}
+
 }  // namespace
 }  // namespace knap

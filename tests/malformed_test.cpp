@@ -67,7 +67,7 @@ const std::vector<Case> kCases{
     // No header is needed: three columns and one more.
     {"pdal/text/missingheader.txt", 5, ""},
     // Other formats.
-    {"pdal/pcd/missingheader.pcd", 0, "PCD"},
+    {"pdal/pcd/missingheader.pcd", 0, "line 1: expected a line of a PCD header"},
     {"pdal/obj/no_vertex.obj", 0, "found text that begins with '# nothing here'"},
     {"pdal/sbet/badfile.sbet", 0, "unknown format"},
 };
@@ -140,6 +140,16 @@ std::string damaged(std::string bytes, std::mt19937& random) {
     return bytes;
 }
 
+/// Attributes may be damaged where positions are not.
+void read_with_columns(const std::filesystem::path& path) {
+    try {
+        const auto source = open_source(path);
+        test::read_columns(*source, attributes_of(source->info()));
+    } catch (const InputError& error) {
+        EXPECT_TRUE(std::string(error.what()).starts_with(path.string() + ": ")) << error.what();
+    }
+}
+
 /// Reads damaged twins of a file: each can be read or ends in an InputError.
 void expect_no_harm(const std::string& name, const std::string& bytes, int rounds) {
     const ScanFolder folder;
@@ -151,6 +161,9 @@ void expect_no_harm(const std::string& name, const std::string& bytes, int round
         EXPECT_THAT(error, testing::Not(HasSubstr("\n")));
         EXPECT_TRUE(error.empty() || error.starts_with(path.string() + ": ")) << error;
         refused += error.empty() ? 0 : 1;
+        if (error.empty()) {
+            read_with_columns(path);
+        }
     }
     EXPECT_GT(refused, rounds / 4) << name;
 }
@@ -182,6 +195,23 @@ TEST(Malformed, DamagedLasIsReadOrRefused) {
         las.vlr_count = 2;
         expect_no_harm("a.las", las.bytes(), 500);
     }
+}
+
+TEST(Malformed, DamagedPcdIsReadOrRefused) {
+    const std::string head =
+        "# .PCD v.7\nFIELDS x y z rgb label\nSIZE 4 4 4 4 2\nTYPE F F F U U\nCOUNT 1 1 1 1 3\n"
+        "WIDTH 60\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS 60\nDATA ";
+    std::string text;
+    std::string runs;  // LZF: a literal and a match of 20 bytes a step back, 60 times
+    for (int i = 0; i < 60; ++i) {
+        text += std::to_string(i) + " 1.5 -2e3 77 1 2 3\n";
+        runs += std::string("\0a\xe0\x0b\0", 5) + std::string("\0b", 2);
+    }
+    expect_no_harm("a.pcd", head + "ascii\n" + text, 500);
+    expect_no_harm("b.pcd", head + "binary\n" + std::string(60 * 22, 'x'), 500);
+    const std::string packed =
+        raw(static_cast<std::uint32_t>(runs.size())) + raw(std::uint32_t{60 * 22}) + runs;
+    expect_no_harm("c.pcd", head + "binary_compressed\n" + packed, 500);
 }
 
 TEST(Malformed, DamagedTextIsReadOrRefused) {

@@ -38,6 +38,12 @@ TEST(OpenSource, ContentGoesBeforeEnding) {
               "LAS 1.2, point format 0");
     EXPECT_EQ(open_source(folder.write("noending", las.bytes()))->info().format,
               "LAS 1.2, point format 0");
+    EXPECT_EQ(open_source(folder.write("a.txt",
+                                       "# .PCD v.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\n"
+                                       "WIDTH 0\nHEIGHT 1\nDATA ascii\n"))
+                  ->info()
+                  .format,
+              "PCD (ASCII)");
     EXPECT_EQ(open_source(folder.write("a.dat", "1 2 3\n"))->info().format,
               "text (blank-separated)");
     EXPECT_EQ(open_source(folder.write("A.CSV", "x,y,z\n"))->info().format,
@@ -49,8 +55,8 @@ TEST(OpenSource, WhatIsNoPointCloudIsRefusedByName) {
     const std::vector<std::array<std::string, 3>> cases{
         {"a.ply.gz", "\x1f\x8b\x08 compressed", "gzip"},
         {"a.ply", "\x1f\x8b\x08 compressed", "gzip"},
-        {"a.pcd", "# .PCD v.7\n", "PCD"},
-        {"a.pcd", "VERSION .7\n", "PCD"},
+        {"a.pcd", "# .PCD v.7\n", "line 2: expected a PCD header"},
+        {"a.pcd", "VERSION .7\n", "line 2: expected a PCD header"},
         {"a.drc", "DRACO\x02\x02", "Draco"},
         {"a.e57", "ASTM-E57", "E57"},
         {"a.laz", "version https://git-lfs.github.com/spec/v1\n", "Git LFS"},

@@ -2,8 +2,10 @@
 
 #include <charconv>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <system_error>
+#include <type_traits>
 
 #include "base/scalar.hpp"
 
@@ -66,10 +68,34 @@ std::optional<double> parse_scalar(std::string_view text, ScalarType type) {
     }
     const bool fits = visit_scalar(type, [&](auto tag) {
         using Limits = std::numeric_limits<typename decltype(tag)::Type>;
+        // The largest value of 64 bits is no double; the power of two behind it is.
         return *value >= static_cast<double>(Limits::lowest()) &&
-               *value <= static_cast<double>(Limits::max());
+               *value < std::ldexp(1.0, Limits::digits);
     });
     return fits ? value : std::nullopt;
+}
+
+bool parse_value(std::string_view text, ScalarType type, std::byte* to) {
+    return visit_scalar(type, [&](auto tag) {
+        using T = typename decltype(tag)::Type;
+        T value{};
+        if constexpr (std::is_integral_v<T>) {
+            // Beyond 2^53 a double would round.
+            const std::string_view digits = without_plus(text);
+            const char* end = digits.data() + digits.size();
+            const auto [stop, error] = std::from_chars(digits.data(), end, value);
+            if (stop == end && error == std::errc{} && !digits.empty()) {
+                std::memcpy(to, &value, sizeof value);
+                return true;
+            }
+        }
+        const std::optional<double> number = parse_scalar(text, type);
+        if (number) {
+            value = static_cast<T>(*number);
+            std::memcpy(to, &value, sizeof value);
+        }
+        return number.has_value();
+    });
 }
 
 std::optional<std::uint64_t> parse_count(std::string_view text) {

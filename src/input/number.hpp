@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -19,6 +20,11 @@ std::optional<float> parse_float(std::string_view text);
 /// As a value of `type` as a double. Integer types also take "3.0"; not "3.5", nor what they cannot
 /// hold.
 std::optional<double> parse_scalar(std::string_view text, ScalarType type);
+
+/// As a value of `type`, exactly, in the byte order of this machine.
+/// @param to  gets size_of(type) bytes
+/// @return    false, with `to` as it was, where parse_scalar() has no value
+bool parse_value(std::string_view text, ScalarType type, std::byte* to);
 
 /// The whole of `text` as a count: decimal digits.
 std::optional<std::uint64_t> parse_count(std::string_view text);

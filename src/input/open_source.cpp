@@ -4,6 +4,7 @@
 
 #include "base/file.hpp"
 #include "input/las_source.hpp"
+#include "input/pcd_source.hpp"
 #include "input/ply_source.hpp"
 #include "input/recognise.hpp"
 #include "input/text_source.hpp"
@@ -20,14 +21,17 @@ std::unique_ptr<PointSource> open_source(const std::filesystem::path& path) {
     }
     const Recognition recognition = recognise(file);
     if (!recognition.format) {
-        throw InputError(fmt::format("{}: expected PLY, LAS, LAZ or text with x, y and z, found {}",
-                                     path.string(), recognition.found));
+        throw InputError(
+            fmt::format("{}: expected PLY, LAS, LAZ, PCD or text with x, y and z, found {}",
+                        path.string(), recognition.found));
     }
     switch (*recognition.format) {
         case FileFormat::kPly:
             return open_ply(std::move(file));
         case FileFormat::kLas:
             return open_las(std::move(file));
+        case FileFormat::kPcd:
+            return open_pcd(std::move(file));
         case FileFormat::kText:
             break;
     }

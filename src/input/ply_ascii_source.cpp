@@ -6,6 +6,7 @@
 #include <string_view>
 #include <utility>
 
+#include "input/columns.hpp"
 #include "input/line_reader.hpp"
 #include "input/number.hpp"
 #include "input/words.hpp"
@@ -22,7 +23,8 @@ class AsciiPlySource final : public PointSource {
           header_(std::move(header)),
           info_(std::move(info)),
           lines_(file_, header_.data_offset, header_.data_line),
-          axis_of_(header_.vertices().properties.size(), -1) {
+          axis_of_(header_.vertices().properties.size(), -1),
+          column_of_(axis_of_.size(), -1) {
         check_size();
         for (std::size_t axis = 0; axis < 3; ++axis) {
             axis_of_[header_.axes[axis]] = static_cast<int>(axis);
@@ -31,13 +33,7 @@ class AsciiPlySource final : public PointSource {
 
     const SourceInfo& info() const override { return info_; }
 
-    void select(std::span<const std::size_t> attributes) override {
-        if (!attributes.empty()) {
-            throw InputError(
-                fmt::format("{}: expected a binary PLY to read attributes of, found an ASCII PLY",
-                            file_.path().string()));
-        }
-    }
+    void select(std::span<const std::size_t> attributes) override;
     bool read(Chunk& chunk, std::size_t max_points) override;
     void seek(std::uint64_t index) override;
 
@@ -46,7 +42,7 @@ class AsciiPlySource final : public PointSource {
     std::string_view line_of(const PlyElement& element, std::uint64_t instance);
     void skip_element(const PlyElement& element);
     void skip_list(const PlyProperty& property, std::string_view& line);
-    Vec3 parse_vertex(std::string_view line);
+    void parse_vertex(std::string_view line, Chunk& chunk, std::size_t point);
     void finish();
     [[noreturn]] void fail(std::string_view expected, std::string_view found) const;
 
@@ -54,7 +50,9 @@ class AsciiPlySource final : public PointSource {
     PlyHeader header_;
     SourceInfo info_;
     LineReader lines_;
-    std::vector<int> axis_of_;  // for each property of the vertex: 0, 1, 2 or -1
+    std::vector<int> axis_of_;    // for each property of the vertex: 0, 1, 2 or -1
+    std::vector<int> column_of_;  // for each property of the vertex: its column in a chunk, or -1
+    ColumnSelection selection_;
     std::uint64_t next_ = 0;
     bool started_ = false;
     bool finished_ = false;
@@ -110,9 +108,24 @@ void AsciiPlySource::skip_list(const PlyProperty& property, std::string_view& li
     }
 }
 
-Vec3 AsciiPlySource::parse_vertex(std::string_view line) {
+void AsciiPlySource::select(std::span<const std::size_t> attributes) {
+    selection_.select(info_, attributes);
     const std::vector<PlyProperty>& properties = header_.vertices().properties;
-    Vec3 position;
+    std::size_t attribute = 0;
+    for (std::size_t i = 0; i < properties.size(); ++i) {
+        column_of_[i] = -1;
+        if (!properties[i].list_count) {
+            const auto found = std::ranges::find(attributes, attribute++);
+            if (found != attributes.end()) {
+                column_of_[i] = static_cast<int>(found - attributes.begin());
+            }
+        }
+    }
+}
+
+void AsciiPlySource::parse_vertex(std::string_view line, Chunk& chunk, std::size_t point) {
+    const std::vector<PlyProperty>& properties = header_.vertices().properties;
+    Vec3& position = chunk.positions[point];
     for (std::size_t i = 0; i < properties.size(); ++i) {
         if (properties[i].list_count) {
             skip_list(properties[i], line);
@@ -122,21 +135,25 @@ Vec3 AsciiPlySource::parse_vertex(std::string_view line) {
         if (word.empty()) {
             fail(fmt::format("{} values for a vertex", properties.size()), fmt::format("{}", i));
         }
+        bool valid = true;
         if (axis_of_[i] >= 0) {
             const std::optional<double> value = parse_scalar(word, properties[i].type);
-            if (!value) {
-                fail(fmt::format("a value of type {} for '{}'", to_string(properties[i].type),
-                                 properties[i].name),
-                     excerpt(word));
-            }
-            position[axis_of_[i]] = *value;
+            valid = value.has_value();
+            position[axis_of_[i]] = value.value_or(0);
+        } else if (column_of_[i] >= 0) {
+            const auto column = static_cast<std::size_t>(column_of_[i]);
+            valid = parse_value(word, properties[i].type, selection_.at(chunk, column, point));
+        }
+        if (!valid) {
+            fail(fmt::format("a value of type {} for '{}'", to_string(properties[i].type),
+                             properties[i].name),
+                 excerpt(word));
         }
     }
     if (const std::string_view extra = take_word(line); !extra.empty()) {
         fail(fmt::format("{} values for a vertex", properties.size()),
              fmt::format("{} after them", excerpt(extra)));
     }
-    return position;
 }
 
 void AsciiPlySource::finish() {
@@ -160,16 +177,17 @@ bool AsciiPlySource::read(Chunk& chunk, std::size_t max_points) {
     const PlyElement& vertices = header_.vertices();
     const std::uint64_t left = vertices.count - next_;
     chunk.first = next_;
-    chunk.positions.clear();
+    const auto wanted = static_cast<std::size_t>(std::min<std::uint64_t>(left, max_points));
+    chunk.positions.resize(wanted);
+    selection_.resize(chunk, wanted);
     if (left == 0) {
         if (!finished_) {
             finish();
         }
         return false;
     }
-    const std::uint64_t wanted = std::min<std::uint64_t>(left, max_points);
-    for (std::uint64_t i = 0; i < wanted; ++i) {
-        chunk.positions.push_back(parse_vertex(line_of(vertices, next_ + i)));
+    for (std::size_t i = 0; i < wanted; ++i) {
+        parse_vertex(line_of(vertices, next_ + i), chunk, i);
     }
     next_ += wanted;
     return true;

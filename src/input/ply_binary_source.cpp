@@ -11,30 +11,12 @@
 #include "input/buffered_reader.hpp"
 #include "input/bytes.hpp"
 #include "input/columns.hpp"
+#include "input/coordinates.hpp"
 #include "knap/error.hpp"
 
 namespace knap {
 
 namespace {
-
-constexpr std::array<double Vec3::*, 3> kAxisMembers{&Vec3::x, &Vec3::y, &Vec3::z};
-
-template <typename T, bool kSwap>
-void decode_axis(const std::byte* from, std::size_t stride, std::size_t n, Vec3* to,
-                 double Vec3::*axis) {
-    for (std::size_t i = 0; i < n; ++i) {
-        to[i].*axis = static_cast<double>(load<T, kSwap>(from + i * stride));
-    }
-}
-
-void decode_axis(const std::byte* from, std::size_t stride, std::size_t n, Vec3* to,
-                 double Vec3::*axis, ScalarType type, bool swap) {
-    visit_scalar(type, [&](auto tag) {
-        using T = typename decltype(tag)::Type;
-        swap ? decode_axis<T, true>(from, stride, n, to, axis)
-             : decode_axis<T, false>(from, stride, n, to, axis);
-    });
-}
 
 class BinaryPlySource final : public PointSource {
   public:
@@ -194,8 +176,8 @@ void BinaryPlySource::read_fixed(Chunk& chunk) {
         const std::byte* records = reader_.take(n * stride);
         for (std::size_t axis = 0; axis < 3; ++axis) {
             const std::size_t from = info_.axes[axis];
-            decode_axis(records + offsets_[from], stride, n, chunk.positions.data() + done,
-                        kAxisMembers[axis], info_.schema[from].type, swap_);
+            decode_coordinate(records + offsets_[from], stride, n, chunk.positions.data() + done,
+                              static_cast<int>(axis), info_.schema[from].type, swap_);
         }
         read_columns(records, n, chunk, done);
         done += n;
@@ -208,7 +190,8 @@ void BinaryPlySource::take_value(const std::byte* value, std::size_t attribute, 
     const ScalarType type = info_.schema[attribute].type;
     for (std::size_t axis = 0; axis < 3; ++axis) {
         if (info_.axes[axis] == attribute) {
-            decode_axis(value, 0, 1, &chunk.positions[point], kAxisMembers[axis], type, swap_);
+            decode_coordinate(value, 0, 1, &chunk.positions[point], static_cast<int>(axis), type,
+                              swap_);
         }
     }
     for (std::size_t column = 0; column < selection_.size(); ++column) {

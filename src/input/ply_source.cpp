@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "base/scalar.hpp"
 #include "input/columns.hpp"
+#include "input/coordinates.hpp"
 #include "input/ply_ascii_source.hpp"
 #include "input/ply_binary_source.hpp"
 #include "input/ply_header.hpp"
@@ -14,25 +14,6 @@
 namespace knap {
 
 namespace {
-
-bool is_small_integer(ScalarType type) {
-    return !is_floating(type) && size_of(type) <= 2;
-}
-
-CoordinateFormat coordinate_format(const PlyHeader& header) {
-    const auto all = [&](auto&& holds) {
-        return std::ranges::all_of(header.axes, [&](std::size_t axis) {
-            return holds(header.vertices().properties[axis].type);
-        });
-    };
-    CoordinateFormat format;
-    if (all([](ScalarType t) { return t == ScalarType::kFloat32 || is_small_integer(t); })) {
-        format.kind = CoordinateKind::kFloat32;
-    } else if (all([](ScalarType t) { return t == ScalarType::kInt32 || is_small_integer(t); })) {
-        format.kind = CoordinateKind::kInt32;
-    }
-    return format;
-}
 
 const char* format_name(PlyEncoding encoding) {
     switch (encoding) {
@@ -76,7 +57,8 @@ SourceInfo describe(const InputFile& file, const PlyHeader& header) {
     info.path = file.path();
     info.format = format_name(header.encoding);
     describe_properties(header, info);
-    info.coordinates = coordinate_format(header);
+    const auto type_of = [&](std::size_t axis) { return info.schema[info.axes[axis]].type; };
+    info.coordinates = format_of_coordinates({type_of(0), type_of(1), type_of(2)});
     info.declared_count = header.vertices().count;
     info.seek_granularity = can_seek(header) ? 1 : 0;
     info.size_bytes = file.size();

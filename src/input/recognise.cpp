@@ -27,14 +27,12 @@ constexpr std::array kForeignStarts{
             "7zXZ"sv,
             "an xz file: decompress it first"},
     Foreign{"\x28\xb5\x2f\xfd"sv, "a zstd file: decompress it first"},
-    Foreign{"# .PCD"sv, "a PCD file: convert it to PLY first"},
     Foreign{"ASTM-E57"sv, "an E57 file: convert it to LAZ or PLY first"},
     Foreign{"DRACO"sv, "a Draco file: decode it to PLY first"},
     Foreign{"\x89HDF"sv, "an HDF5 file: convert it to LAZ or PLY first"},
     Foreign{"version https://git-lfs"sv, "a Git LFS pointer: fetch the file itself first"},
 };
 constexpr std::array kForeignEndings{
-    Foreign{".pcd"sv, "a PCD file: convert it to PLY first"},
     Foreign{".ptx"sv, "a PTX file: convert it to PLY first"},
     Foreign{".e57"sv, "an E57 file: convert it to LAZ or PLY first"},
     Foreign{".drc"sv, "a Draco file: decode it to PLY first"},
@@ -96,6 +94,9 @@ Recognition recognise(const InputFile& file) {
         if (head.starts_with(foreign.sign)) {
             return refuse(foreign.found);
         }
+    }
+    if (head.starts_with("# .PCD") || ending == ".pcd") {
+        return {.format = FileFormat::kPcd, .certain = true, .found = {}};
     }
     if (ending == ".ply") {
         return {.format = FileFormat::kPly, .certain = true, .found = {}};

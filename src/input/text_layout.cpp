@@ -64,6 +64,7 @@ class Detector {
     void take_count(const std::string& field);
     void take_header(const std::vector<std::string>& header);
     void take_first_point(std::string_view line, const std::vector<std::string>& header);
+    void find_words(std::string_view line);
     void name_columns();
     [[noreturn]] void fail(std::string_view expected, std::string_view found) const;
 
@@ -137,14 +138,38 @@ void Detector::take_first_point(std::string_view line, const std::vector<std::st
     }
 }
 
+/// Looks at the first lines for columns that hold words.
+void Detector::find_words(std::string_view line) {
+    constexpr int kLines = 1000;
+    layout_.has_words.resize(layout_.columns);
+    for (int i = 0; i < kLines; ++i) {
+        TextFields fields(line, layout_.separator);
+        std::string_view field;
+        for (std::size_t column = 0; column < layout_.columns && fields.next(field); ++column) {
+            const bool is_axis = std::ranges::find(layout_.axes, column) != layout_.axes.end();
+            layout_.has_words[column] =
+                layout_.has_words[column] || (!is_axis && !field.empty() && !parse_double(field));
+        }
+        if (!next(line)) {
+            return;
+        }
+    }
+}
+
 void Detector::name_columns() {
     constexpr std::array kNames{"x", "y", "z", "intensity", "red", "green", "blue"};
     const bool is_pts = layout_.count.has_value() && layout_.columns <= kNames.size();
     const std::size_t known = is_pts && layout_.columns != 6 ? kNames.size() : 3;
     for (std::size_t i = layout_.names.size(); i < layout_.columns; ++i) {
-        layout_.names.push_back(i < known ? kNames[i] : fmt::format("column {}", i + 1));
+        layout_.names.push_back(i < known ? kNames[i] : fmt::format("column{}", i + 1));
     }
     layout_.names.resize(layout_.columns);
+    for (std::size_t i = 0; i < layout_.columns; ++i) {
+        if (layout_.names[i].empty()) {
+            layout_.names[i] = fmt::format("column{}", i + 1);
+        }
+    }
+    layout_.has_words.resize(layout_.columns);
 }
 
 TextLayout Detector::detect() {
@@ -175,6 +200,7 @@ TextLayout Detector::detect() {
     }
     if (has_line) {
         take_first_point(line, header);
+        find_words(line);
     } else if (header_names_axes_ || layout_.count == 0) {
         layout_.columns = std::max<std::size_t>(header.size(), 3);
         layout_.lines_before = lines_.line_number();

@@ -40,6 +40,7 @@ struct TextLayout {
     std::array<std::size_t, 3> axes{0, 1, 2};  ///< columns of x, y and z
     std::size_t columns = 3;                   ///< in a line
     std::vector<std::string> names;            ///< of the columns
+    std::vector<bool> has_words;               ///< of the columns: some values are no numbers
     std::optional<std::uint64_t> count;        ///< PTS: points by the first line
     std::uint64_t count_line = 0;              ///< PTS: number of that line
     std::uint64_t lines_before = 0;            ///< lines before the first point

@@ -3,9 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <bit>
+#include <limits>
 #include <string_view>
 #include <utility>
 
+#include "input/columns.hpp"
 #include "input/line_reader.hpp"
 #include "input/number.hpp"
 #include "input/text_layout.hpp"
@@ -29,6 +33,9 @@ const char* format_name(const TextLayout& layout) {
     }
 }
 
+/// A value that is not there, in a file with other separators than blanks.
+constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
+
 class TextSource final : public PointSource {
   public:
     TextSource(InputFile file, TextLayout layout)
@@ -36,15 +43,15 @@ class TextSource final : public PointSource {
           layout_(std::move(layout)),
           lines_(file_, text_begin(file_)),
           needed_(std::ranges::max(layout_.axes) + 1),
-          axis_of_(needed_, -1) {
+          axis_of_(layout_.columns, kNoTarget),
+          parsed_(needed_) {
         for (std::size_t axis = 0; axis < 3; ++axis) {
             axis_of_[layout_.axes[axis]] = static_cast<int>(axis);
         }
+        target_of_ = axis_of_;
         info_.path = file_.path();
         info_.format = format_name(layout_);
-        for (const std::string& name : layout_.names) {
-            info_.schema.push_back({name, ScalarType::kFloat64, 1});
-        }
+        describe_columns();
         info_.declared_count = layout_.count;
         info_.size_bytes = file_.size();
         std::string_view line;
@@ -55,16 +62,20 @@ class TextSource final : public PointSource {
     const SourceInfo& info() const override { return info_; }
 
     void select(std::span<const std::size_t> attributes) override {
-        if (!attributes.empty()) {
-            throw InputError(
-                fmt::format("{}: expected a binary PLY to read attributes of, found text",
-                            file_.path().string()));
+        selection_.select(info_, attributes);
+        target_of_ = axis_of_;
+        for (std::size_t i = 0; i < attributes.size(); ++i) {
+            target_of_[place_of_[attributes[i]]] = kFirstColumn + static_cast<int>(i);
         }
+        const auto last = std::find_if(target_of_.rbegin(), target_of_.rend(),
+                                       [](int target) { return target != kNoTarget; });
+        parsed_ = static_cast<std::size_t>(target_of_.rend() - last);
     }
 
     bool read(Chunk& chunk, std::size_t max_points) override {
         chunk.first = next_;
         chunk.positions.clear();
+        selection_.resize(chunk, 0);
         std::string_view line;
         while (chunk.positions.size() < max_points && lines_.next(line)) {
             if (is_text_comment(line)) {
@@ -75,7 +86,7 @@ class TextSource final : public PointSource {
                                  layout_.count_line),
                      excerpt(line));
             }
-            chunk.positions.push_back(parse(line));
+            parse(line, chunk);
         }
         next_ += chunk.positions.size();
         if (chunk.positions.empty() && layout_.count.value_or(next_) != next_) {
@@ -92,30 +103,72 @@ class TextSource final : public PointSource {
     }
 
   private:
-    Vec3 parse(std::string_view line) const {
+    // What a column of the file is parsed for: an axis from 0 on, a column of the chunk from
+    // kFirstColumn on, or nothing.
+    static constexpr int kNoTarget = -1;
+    static constexpr int kFirstColumn = 3;
+
+    void describe_columns() {
+        for (std::size_t i = 0; i < layout_.columns; ++i) {
+            if (layout_.has_words[i]) {
+                info_.unsupported.push_back(fmt::format("words in column '{}'", layout_.names[i]));
+                continue;
+            }
+            if (axis_of_[i] != kNoTarget) {
+                info_.axes[static_cast<std::size_t>(axis_of_[i])] = info_.schema.size();
+            }
+            info_.schema.push_back({layout_.names[i], ScalarType::kFloat64, 1});
+            place_of_.push_back(i);
+        }
+        make_names_unique(info_.schema);
+    }
+
+    /// Appends the point of a line to the chunk.
+    void parse(std::string_view line, Chunk& chunk) const {
         Vec3 position;
         TextFields fields(line, layout_.separator);
         std::string_view field;
         std::size_t column = 0;
-        for (; column < needed_ && fields.next(field); ++column) {
-            if (axis_of_[column] < 0) {
+        for (; column < parsed_ && fields.next(field); ++column) {
+            const int target = target_of_[column];
+            if (target == kNoTarget) {
                 continue;
             }
-            const std::optional<double> value = parse_double(field);
+            std::optional<double> value = parse_double(field);
+            if (field.empty() && target >= kFirstColumn) {
+                value = kMissing;
+            }
             if (!value) {
                 fail(fmt::format("a number in column {}", column + 1), excerpt(field));
             }
-            position[axis_of_[column]] = *value;
+            if (target < kFirstColumn) {
+                position[target] = *value;
+            } else {
+                append(*value, target, chunk);
+            }
         }
         // Between blanks a missing value would shift the others: there the number of columns tells.
         const bool strict = layout_.separator == TextFields::kBlanks;
+        const std::size_t parsed = column;
         while (strict && fields.next(field)) {
             ++column;
         }
         if (column < needed_ || (strict && column != layout_.columns)) {
             fail(fmt::format("{} columns", layout_.columns), fmt::format("{}", column));
         }
-        return position;
+        for (std::size_t missing = parsed; missing < parsed_; ++missing) {
+            if (target_of_[missing] != kNoTarget) {
+                append(kMissing, target_of_[missing], chunk);
+            }
+        }
+        chunk.positions.push_back(position);
+    }
+
+    static void append(double value, int target, Chunk& chunk) {
+        const auto bytes = std::bit_cast<std::array<std::byte, sizeof value>>(value);
+        std::vector<std::byte>& column =
+            chunk.columns[static_cast<std::size_t>(target - kFirstColumn)];
+        column.insert(column.end(), bytes.begin(), bytes.end());
     }
 
     [[noreturn]] void fail(std::string_view expected, std::string_view found) const {
@@ -126,9 +179,13 @@ class TextSource final : public PointSource {
     InputFile file_;
     TextLayout layout_;
     LineReader lines_;
-    std::size_t needed_;        // columns up to the last coordinate
-    std::vector<int> axis_of_;  // for each of them: 0, 1, 2 or -1
+    std::size_t needed_;                 // columns up to the last coordinate
+    std::vector<int> axis_of_;           // targets of the columns when none are selected
+    std::vector<int> target_of_;         // targets of the columns
+    std::size_t parsed_;                 // columns up to the last one with a target
+    std::vector<std::size_t> place_of_;  // column of each attribute of the schema
     SourceInfo info_;
+    ColumnSelection selection_;
     std::uint64_t next_ = 0;
 };
 
