@@ -270,10 +270,12 @@ std::uint64_t emit_memory_bytes(std::uint64_t kept, const OutputParams& output) 
 
 EmitResult emit(const SourceTable& sources, const Selection& selection,
                 const EmitRequest& request) {
-    const AttributePlan attributes =
-        plan_attributes(sources.infos(), std::vector<std::string>{"none"});
+    const OutputKind kind = output_kind(request.output.path);
+    const AttributePlan attributes = plan_attributes(
+        sources.infos(),
+        kind == OutputKind::kCloud ? request.output.attributes : std::vector<std::string>{"none"});
     const KeptPoints kept{sources, selection, request.runs, attributes, request.note};
-    switch (output_kind(request.output.path)) {
+    switch (kind) {
         case OutputKind::kArchive:
             return emit_archive(kept, request);
         case OutputKind::kDraco:

@@ -41,7 +41,9 @@ EmitResult emit_single_file(const KeptPoints& kept, const EmitRequest& request) 
         request.note(note);
     }
     const std::unique_ptr<CloudWriter> writer = open_cloud_writer(path, made.header);
-    const auto append = [&](const KeptBlock& block) { writer->append(block.positions, block.rows); };
+    const auto append = [&](const KeptBlock& block) {
+        writer->append(block.positions, block.rows);
+    };
     read_kept_in_order(kept, request.threads, append, request.advance);
     const EmitResult result{path, 0, writer->complete()};
     request.on_whole(result, path.parent_path());

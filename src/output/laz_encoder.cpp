@@ -59,6 +59,10 @@ void set_extended(laszip_point_struct& point, const std::byte* record, int forma
     point.extended_return_number = bits(record[14], 0, 4) & 15U;
     point.extended_number_of_returns = bits(record[14], 4, 4) & 15U;
     point.extended_classification_flags = bits(record[15], 0, 4) & 15U;
+    // LASzip wants the flags twice.
+    point.synthetic_flag = bits(record[15], 0, 1) & 1U;
+    point.keypoint_flag = bits(record[15], 1, 1) & 1U;
+    point.withheld_flag = bits(record[15], 2, 1) & 1U;
     point.extended_scanner_channel = bits(record[15], 4, 2) & 3U;
     point.scan_direction_flag = bits(record[15], 6, 1) & 1U;
     point.edge_of_flight_line = bits(record[15], 7, 1) & 1U;
