@@ -46,6 +46,9 @@ Manifest any_manifest(std::mt19937_64& random) {
                                                {"range", ScalarType::kInt32, 1, any_double(random),
                                                 any_double(random), "distance to the scanner"}},
                                     .crs = "EPSG:32633"});
+        if (i % 2 == 0) {
+            manifest.sources.back().las = any_las(random);
+        }
     }
     manifest.counts = {random(), random(), random(), random(), random()};
     manifest.spacing = any_double(random);
@@ -89,6 +92,7 @@ void expect_equal(const Manifest& a, const Manifest& b) {
         EXPECT_EQ(a.sources[i].coordinates, b.sources[i].coordinates);
         EXPECT_EQ(a.sources[i].schema, b.sources[i].schema);
         EXPECT_EQ(a.sources[i].crs, b.sources[i].crs);
+        EXPECT_EQ(a.sources[i].las, b.sources[i].las);
     }
     ASSERT_EQ(a.tiles.size(), b.tiles.size());
     for (std::size_t i = 0; i < a.tiles.size(); ++i) {

@@ -74,7 +74,8 @@ std::vector<ManifestSource> manifest_sources(const SourceTable& sources) {
                           .xxh3 = source.xxh3,
                           .coordinates = source.info.coordinates,
                           .schema = source.info.schema,
-                          .crs = source.info.crs});
+                          .crs = source.info.crs,
+                          .las = source.info.las});
     }
     return result;
 }
