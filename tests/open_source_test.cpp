@@ -53,8 +53,8 @@ TEST(OpenSource, ContentGoesBeforeEnding) {
 TEST(OpenSource, WhatIsNoPointCloudIsRefusedByName) {
     const ScanFolder folder;
     const std::vector<std::array<std::string, 3>> cases{
-        {"a.ply.gz", "\x1f\x8b\x08 compressed", "gzip"},
-        {"a.ply", "\x1f\x8b\x08 compressed", "gzip"},
+        {"a.ply.gz", "\x1f\x8b\x08 compressed", "a damaged gzip file"},
+        {"a.ply", "\x1f\x8b\x08 compressed", "a damaged gzip file"},
         {"a.pcd", "# .PCD v.7\n", "line 2: expected a PCD header"},
         {"a.pcd", "VERSION .7\n", "line 2: expected a PCD header"},
         {"a.drc", "DRACO\x02\x02", "Draco"},

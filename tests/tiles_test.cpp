@@ -99,7 +99,7 @@ TEST(Tiles, HoldPointsThatShareALatticePoint) {
 }
 
 TEST(Tiles, ThereAreNoneWithoutPoints) {
-    EXPECT_TRUE(plan_tiles({}, 1000).empty());
+    EXPECT_TRUE(plan_tiles(std::span<LatticeIndex>(), 1000).empty());
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -54,9 +55,18 @@ struct Manifest {
     double spacing = 0;         ///< cloud units
     double mean_curvature = 0;  ///< 1 / cloud unit
     Lattice lattice;
-    Box box;          ///< of the kept points on the lattice
-    std::string crs;  ///< of the archive: the sources', if they agree
+    Box box;                            ///< of the kept points on the lattice
+    std::string crs;                    ///< of the archive: the sources', if they agree
+    std::vector<Attribute> attributes;  ///< what points carry beside their position
     std::vector<ManifestTile> tiles;
+};
+
+/// The points of a tile and what they carry.
+struct Tile {
+    std::vector<Vec3> positions;  ///< cloud units, on the lattice, in the order they are stored
+    /// One for each of the manifest's attributes: the values of positions[i] are at
+    /// [i * value_size, (i + 1) * value_size), in the byte order of this machine.
+    std::vector<std::vector<std::byte>> columns;
 };
 
 /// What verify() found.
@@ -79,6 +89,10 @@ class Archive {
     /// @param tile  index into manifest().tiles
     /// @throws InputError if the file is missing, fails its checksum or does not decode
     std::vector<Vec3> read_tile(std::size_t tile) const;
+
+    /// The same with all attributes.
+    /// @throws InputError also if the attributes in the file are not those of the manifest
+    Tile read_whole_tile(std::size_t tile) const;
 
     /// Checks every checksum, count, box and decodes every tile; files that the manifest does not
     /// name are an error too.

@@ -65,9 +65,18 @@ InputFile::~InputFile() {
 InputFile::InputFile(InputFile&& other) noexcept
     : path_(std::move(other.path_)),
       descriptor_(std::exchange(other.descriptor_, -1)),
-      size_(other.size_) {}
+      size_(other.size_),
+      content_(std::move(other.content_)) {}
+
+InputFile::InputFile(InputFile file, std::unique_ptr<DecodedContent> content)
+    : InputFile(std::move(file)) {
+    content_ = std::move(content);
+}
 
 std::size_t InputFile::read_some(std::uint64_t offset, std::span<std::byte> buffer) const {
+    if (content_) {
+        return content_->read_some(offset, buffer);
+    }
     std::size_t total = 0;
     while (total < buffer.size()) {
         const ssize_t got = ::pread(descriptor_, buffer.data() + total, buffer.size() - total,

@@ -3,23 +3,41 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
 
 namespace knap {
 
-/// A file open for reading at any place; closed with the object. Thread-safe.
+/// What a file decodes to, read in place of what it holds.
+class DecodedContent {
+  public:
+    virtual ~DecodedContent() = default;
+
+    /// As InputFile::read_some(), best asked for in ascending order.
+    virtual std::size_t read_some(std::uint64_t offset, std::span<std::byte> buffer) = 0;
+};
+
+/// A file open for reading at any place; closed with the object. Thread-safe, unless it is decoded.
 class InputFile {
   public:
+    /// The size of decoded content, which is known only at its end: beyond that of any file.
+    static constexpr std::uint64_t kUnknownSize = std::uint64_t{1} << 62U;
+
     /// @throws InputError if the file is missing, a folder or unreadable, naming it and the reason
     explicit InputFile(std::filesystem::path path);
+    /// The same file, read as what it decodes to.
+    InputFile(InputFile file, std::unique_ptr<DecodedContent> content);
     ~InputFile();
     InputFile(InputFile&& other) noexcept;
     InputFile& operator=(InputFile&&) = delete;
 
     const std::filesystem::path& path() const { return path_; }
-    std::uint64_t size() const { return size_; }
+    /// Bytes that can be read, or kUnknownSize.
+    std::uint64_t size() const { return content_ ? kUnknownSize : size_; }
+    bool size_known() const { return content_ == nullptr; }
+    std::uint64_t size_on_disk() const { return size_; }
 
     /// Reads up to buffer.size() bytes at `offset`.
     /// @return bytes read; fewer than asked only at the end of the file
@@ -30,6 +48,7 @@ class InputFile {
     std::filesystem::path path_;
     int descriptor_ = -1;
     std::uint64_t size_ = 0;
+    std::unique_ptr<DecodedContent> content_;
 };
 
 /// A file that appears under its name whole or not at all: written beside it under a temporary

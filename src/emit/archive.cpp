@@ -6,6 +6,8 @@
 #include <set>
 #include <string>
 #include <system_error>
+#include <utility>
+#include <vector>
 
 #include "base/checksum.hpp"
 #include "base/file.hpp"
@@ -57,6 +59,26 @@ void check_tile(const fs::path& file, const ManifestTile& tile, const DecodedTil
     }
 }
 
+/// The columns of a tile in the order of the manifest's attributes.
+std::vector<std::vector<std::byte>> take_columns(DracoColumns found,
+                                                 const std::vector<Attribute>& attributes,
+                                                 const fs::path& file) {
+    require_equal(file, "attributes", attributes.size(), found.attributes.size());
+    std::vector<std::vector<std::byte>> columns;
+    columns.reserve(attributes.size());
+    for (const Attribute& attribute : attributes) {
+        const auto place = std::find(found.attributes.begin(), found.attributes.end(), attribute);
+        if (place == found.attributes.end()) {
+            throw InputError(fmt::format(
+                "{}: expected the manifest's attribute \"{}\", {} x {}, found none such",
+                file.string(), attribute.name, attribute.components, to_string(attribute.type)));
+        }
+        columns.push_back(
+            std::move(found.values[static_cast<std::size_t>(place - found.attributes.begin())]));
+    }
+    return columns;
+}
+
 void check_sums(const fs::path& file, const Manifest& manifest) {
     const Counts& counts = manifest.counts;
     std::uint64_t points = 0;
@@ -106,16 +128,21 @@ Archive::Archive(const fs::path& folder) : folder_(folder) {
 }
 
 std::vector<Vec3> Archive::read_tile(std::size_t tile) const {
+    return read_whole_tile(tile).positions;
+}
+
+Tile Archive::read_whole_tile(std::size_t tile) const {
     const ManifestTile& entry = manifest_.tiles.at(tile);
     const fs::path file = folder_ / entry.file;
-    const DecodedTile decoded = decode_tile(read_checked(file, entry), file);
+    DecodedTile decoded = decode_tile(read_checked(file, entry), file);
     check_tile(file, entry, decoded, manifest_);
-    std::vector<Vec3> positions;
-    positions.reserve(decoded.points.size());
+    Tile result;
+    result.positions.reserve(decoded.points.size());
     for (const LatticeIndex& index : decoded.points) {
-        positions.push_back(position_of(manifest_.lattice, index));
+        result.positions.push_back(position_of(manifest_.lattice, index));
     }
-    return positions;
+    result.columns = take_columns(std::move(decoded.columns), manifest_.attributes, file);
+    return result;
 }
 
 Verification Archive::verify() const {

@@ -10,6 +10,7 @@
 #include <map>
 #include <optional>
 #include <type_traits>
+#include <utility>
 
 #include "base/scalar.hpp"
 #include "knap/error.hpp"
@@ -145,6 +146,15 @@ struct Copy {
 
 }  // namespace
 
+RowLayout row_layout(std::span<const Attribute> attributes) {
+    RowLayout layout;
+    for (const Attribute& attribute : attributes) {
+        layout.offsets.push_back(layout.row_size);
+        layout.row_size += attribute.value_size();
+    }
+    return layout;
+}
+
 std::vector<std::vector<std::size_t>> AttributePlan::selected() const {
     std::vector<std::vector<std::size_t>> result;
     for (const std::vector<SourceColumn>& source : columns) {
@@ -209,10 +219,9 @@ AttributePlan plan_attributes(std::span<const SourceInfo> sources,
     if (!all) {
         require_all_found(sources, wanted, found);
     }
-    for (const Attribute& attribute : plan.attributes) {
-        plan.offsets.push_back(plan.row_size);
-        plan.row_size += attribute.value_size();
-    }
+    RowLayout layout = row_layout(plan.attributes);
+    plan.offsets = std::move(layout.offsets);
+    plan.row_size = layout.row_size;
     return plan;
 }
 

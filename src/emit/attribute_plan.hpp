@@ -18,6 +18,14 @@ struct SourceColumn {
     ScalarType type = ScalarType::kUint8;  ///< of the source's values
 };
 
+/// How the attributes of a point lie in a row: one behind the other.
+struct RowLayout {
+    std::vector<std::size_t> offsets;  ///< of each attribute, bytes
+    std::size_t row_size = 0;          ///< bytes
+};
+
+RowLayout row_layout(std::span<const Attribute> attributes);
+
 /// What the points of an output carry beside their position, and where it comes from.
 ///
 /// Attributes of one name in several sources are one attribute: of the smallest type that holds the

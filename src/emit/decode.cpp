@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -39,6 +40,22 @@ struct Cloud {
     std::function<void(const TakePoints& take)> for_each;
 };
 
+/// Columns as rows.
+std::vector<std::byte> rows_of(std::size_t points, std::span<const Attribute> attributes,
+                               std::span<const std::vector<std::byte>> columns) {
+    const std::size_t row = row_size(attributes);
+    std::vector<std::byte> rows(points * row);
+    std::size_t offset = 0;
+    for (std::size_t c = 0; c < columns.size(); ++c) {
+        const std::size_t size = attributes[c].value_size();
+        for (std::size_t i = 0; i < points; ++i) {
+            std::memcpy(rows.data() + i * row + offset, columns[c].data() + i * size, size);
+        }
+        offset += size;
+    }
+    return rows;
+}
+
 CoordinateFormat grid_of(const Lattice& lattice) {
     return {CoordinateKind::kInt32, {lattice.step, lattice.step, lattice.step}, lattice.origin};
 }
@@ -66,6 +83,7 @@ Cloud archive_cloud(const fs::path& folder) {
     for (const ManifestTile& tile : manifest.tiles) {
         cloud.content.points += tile.points;
     }
+    cloud.content.attributes = manifest.attributes;
     cloud.content.box = manifest.box;
     cloud.content.step = manifest.lattice.step;
     const CoordinateFormat grid =
@@ -77,43 +95,51 @@ Cloud archive_cloud(const fs::path& folder) {
         cloud.origins.push_back({folder.string(), grid, manifest.crs, std::nullopt});
     }
     cloud.for_each = [archive](const TakePoints& take) {
-        for (std::size_t i = 0; i < archive->manifest().tiles.size(); ++i) {
-            take(archive->read_tile(i), {});
+        const Manifest& of = archive->manifest();
+        for (std::size_t i = 0; i < of.tiles.size(); ++i) {
+            const Tile tile = archive->read_whole_tile(i);
+            take(tile.positions, rows_of(tile.positions.size(), of.attributes, tile.columns));
         }
     };
     return cloud;
 }
 
 Cloud draco_cloud(const fs::path& file) {
-    const DracoCloud draco = read_draco(file);
+    DracoCloud draco = read_draco(file);
     auto positions = std::make_shared<std::vector<Vec3>>();
     positions->reserve(draco.positions.size());
+    DracoColumns columns;
     Cloud cloud;
     cloud.content.step = 1;
     CloudOrigin origin{file.string(), {}, "", std::nullopt};
     if (draco.lattice) {
-        const DecodedTile tile = on_lattice(draco, file);
+        DecodedTile tile = on_lattice(std::move(draco), file);
         for (const LatticeIndex& index : tile.points) {
             positions->push_back(position_of(tile.lattice, index));
         }
         cloud.content.step = tile.lattice.step;
         origin.coordinates = grid_of(tile.lattice);
-        origin.crs = draco.lattice->crs;
+        origin.crs = tile.crs;
+        columns = std::move(tile.columns);
     } else {
         for (const std::array<float, 3>& position : draco.positions) {
             positions->push_back({position[0], position[1], position[2]});
         }
+        columns = std::move(draco.columns);
     }
     for (const Vec3& position : *positions) {
         cloud.content.box.extend(position);
     }
-    if (!draco.lattice && cloud.content.box.diagonal() > 0) {
+    if (origin.coordinates.kind != CoordinateKind::kInt32 && cloud.content.box.diagonal() > 0) {
         // As fine as floats are at the far end of the box.
         cloud.content.step = std::exp2(std::ilogb(cloud.content.box.diagonal()) - 23);
     }
     cloud.origins.push_back(std::move(origin));
     cloud.content.points = positions->size();
-    cloud.for_each = [positions](const TakePoints& take) { take(*positions, {}); };
+    cloud.content.attributes = columns.attributes;
+    auto rows = std::make_shared<std::vector<std::byte>>(
+        rows_of(positions->size(), columns.attributes, columns.values));
+    cloud.for_each = [positions, rows](const TakePoints& take) { take(*positions, *rows); };
     return cloud;
 }
 

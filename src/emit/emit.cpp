@@ -3,20 +3,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstring>
 #include <mutex>
-#include <optional>
 #include <span>
 #include <string>
-#include <system_error>
 #include <utility>
 
 #include "base/file.hpp"
 #include "emit/archive_writer.hpp"
 #include "emit/draco_tile.hpp"
-#include "emit/kept_file.hpp"
 #include "emit/kept_points.hpp"
 #include "emit/lattice.hpp"
 #include "emit/output_check.hpp"
+#include "emit/scratch_tiles.hpp"
 #include "emit/single_file.hpp"
 #include "emit/tiles.hpp"
 #include "knap/archive.hpp"
@@ -27,10 +26,13 @@ namespace knap {
 
 namespace {
 
-constexpr const char* kKeptFile = "kept-";
+/// Bytes of a kept point in memory.
+std::uint64_t point_bytes(const AttributePlan& attributes) {
+    return attributes.empty() ? sizeof(LatticeIndex) : sizeof(CarryingPoint) + attributes.row_size;
+}
 
-void check_memory(std::uint64_t kept, const EmitRequest& request) {
-    const std::uint64_t needed = emit_memory_bytes(kept, request.output);
+void check_memory(std::uint64_t kept, const AttributePlan& attributes, const EmitRequest& request) {
+    const std::uint64_t needed = emit_memory_bytes(kept, request.output, attributes);
     if (needed > request.memory_bytes) {
         throw StorageError(fmt::format(
             "{}: {} kept points need {} of memory to be written, expected at most {} "
@@ -51,6 +53,31 @@ std::vector<LatticeIndex> read_indices(const KeptPoints& kept, const Lattice& la
     read_kept(
         kept, request.threads, [&] { return put; }, request.advance);
     return indices;
+}
+
+/// The kept points on the lattice with what they carry, in the order of ids.
+struct Carried {
+    std::vector<CarryingPoint> points;
+    std::vector<std::byte> rows;
+
+    std::uint64_t bytes() const { return points.size() * sizeof(CarryingPoint) + rows.size(); }
+};
+
+Carried read_carried(const KeptPoints& kept, const Lattice& lattice, const EmitRequest& request) {
+    const std::size_t row_size = kept.attributes.row_size;
+    Carried carried{std::vector<CarryingPoint>(kept.selection.count()),
+                    std::vector<std::byte>(kept.selection.count() * row_size)};
+    TakeKept put = [&](const KeptBlock& block) {
+        for (std::size_t i = 0; i < block.positions.size(); ++i) {
+            carried.points[block.place + i] = {index_of(lattice, block.positions[i]),
+                                               block.place + i};
+        }
+        std::memcpy(carried.rows.data() + block.place * row_size, block.rows.data(),
+                    block.rows.size());
+    };
+    read_kept(
+        kept, request.threads, [&] { return put; }, request.advance);
+    return carried;
 }
 
 std::string common_crs(const SourceTable& sources) {
@@ -81,107 +108,20 @@ std::vector<ManifestSource> manifest_sources(const SourceTable& sources) {
 }
 
 /// Kept points that may be held at a time, beside tiles in work.
-std::uint64_t points_in_memory(std::uint64_t kept, const EmitRequest& request) {
+std::uint64_t points_in_memory(std::uint64_t kept, const AttributePlan& attributes,
+                               const EmitRequest& request) {
     const std::uint64_t tile = std::min(kept, request.output.tile_points);
-    const std::uint64_t least = emit_memory_bytes(kept, request.output);
-    const std::uint64_t more =
-        static_cast<std::uint64_t>(request.threads - 1) * encode_memory_bytes(tile);
+    const std::uint64_t least = emit_memory_bytes(kept, request.output, attributes);
+    const std::uint64_t more = static_cast<std::uint64_t>(request.threads - 1) *
+                               encode_memory_bytes(tile, attributes.attributes);
     const std::uint64_t room = request.memory_bytes - least;
-    return 2 * tile + (room - std::min(room, more)) / sizeof(LatticeIndex);
+    return 2 * tile + (room - std::min(room, more)) / point_bytes(attributes);
 }
-
-/// Removes what an earlier run, or this one, has left of kept points on disk.
-void remove_kept_files(const std::filesystem::path& scratch) {
-    std::error_code ignored;
-    for (const auto& entry : std::filesystem::directory_iterator(scratch, ignored)) {
-        if (entry.path().filename().string().starts_with(kKeptFile)) {
-            std::filesystem::remove(entry.path(), ignored);
-        }
-    }
-}
-
-/// Cuts kept points that the memory does not hold into tiles: halved on disk until a part fits.
-class TilesThroughScratch {
-  public:
-    TilesThroughScratch(const SourceTable& sources, const Lattice& lattice, std::uint64_t capacity,
-                        const EmitRequest& request, ArchiveWriter& writer)
-        : sources_(sources),
-          lattice_(lattice),
-          capacity_(capacity),
-          request_(request),
-          writer_(writer),
-          splitter_(sources, lattice, capacity, [&request] { request.advance(0); }) {}
-    ~TilesThroughScratch() { remove_kept_files(request_.scratch); }
-    TilesThroughScratch(const TilesThroughScratch&) = delete;
-    TilesThroughScratch& operator=(const TilesThroughScratch&) = delete;
-
-    void write(const KeptPoints& kept) {
-        std::optional<KeptFileWriter> all;
-        std::mutex mutex;
-        TakeKept put = [&](const KeptBlock& block) {
-            const std::scoped_lock lock(mutex);
-            for (std::size_t i = 0; i < block.ids.size(); ++i) {
-                all->add(block.ids[i], block.positions[i]);
-            }
-        };
-        const std::filesystem::path path = next_path();
-        const auto begin = [&] {
-            all.reset();
-            all.emplace(path, sources_, lattice_);
-            return put;
-        };
-        read_kept(kept, request_.threads, begin, request_.advance);
-        write(told(all->finish()));
-    }
-
-  private:
-    // The lower half first, as plan_tiles() has it.
-    void write(const KeptFile& file) {
-        if (file.points > capacity_) {
-            const auto [lower, upper] = splitter_.split(file, next_path(), next_path());
-            told(lower);
-            told(upper);
-            remove(file);
-            write(lower);
-            write(upper);
-            return;
-        }
-        std::vector<LatticeIndex> points;
-        points.reserve(file.points);
-        splitter_.read(file, [&](PointId, const Vec3&, const LatticeIndex& index) {
-            points.push_back(index);
-        });
-        remove(file);
-        writer_.add(points, request_.memory_bytes - points.size() * sizeof(LatticeIndex));
-    }
-
-    std::filesystem::path next_path() {
-        return request_.scratch / fmt::format("{}{}.run", kKeptFile, files_++);
-    }
-
-    KeptFile told(KeptFile file) const {
-        request_.on_scratch(static_cast<std::int64_t>(file.bytes));
-        return file;
-    }
-
-    void remove(const KeptFile& file) const {
-        std::filesystem::remove(file.path);
-        request_.on_scratch(-static_cast<std::int64_t>(file.bytes));
-    }
-
-    const SourceTable& sources_;
-    const Lattice& lattice_;
-    std::uint64_t capacity_;
-    const EmitRequest& request_;
-    ArchiveWriter& writer_;
-    KeptSplitter splitter_;
-    int files_ = 0;
-};
 
 EmitResult emit_archive(const KeptPoints& kept, const EmitRequest& request) {
     const SourceTable& sources = kept.sources;
     const std::uint64_t count = kept.selection.count();
-    check_memory(count, request);
+    check_memory(count, kept.attributes, request);
     Manifest manifest;
     manifest.format_version = kArchiveFormatVersion;
     manifest.knap_version = KNAP_VERSION;
@@ -192,6 +132,7 @@ EmitResult emit_archive(const KeptPoints& kept, const EmitRequest& request) {
     manifest.mean_curvature = request.mean_curvature;
     manifest.lattice = choose_lattice(request.output.step, sources, request.spacing);
     manifest.crs = common_crs(sources);
+    manifest.attributes = kept.attributes.attributes;
     const Lattice lattice = manifest.lattice;
     std::mutex polling;
     const auto poll = [&] {
@@ -206,27 +147,35 @@ EmitResult emit_archive(const KeptPoints& kept, const EmitRequest& request) {
     ArchiveWriter writer(std::move(manifest), {.folder = path,
                                                .tile_points = request.output.tile_points,
                                                .overwrite = request.output.overwrite,
+                                               .encoding = request.output.encoding,
                                                .threads = request.threads,
                                                .tiles = request.tiles,
                                                .on_whole = on_whole,
                                                .poll = poll});
     remove_kept_files(request.scratch);
-    const std::uint64_t capacity = points_in_memory(count, request);
-    if (count <= capacity) {
+    const std::uint64_t capacity = points_in_memory(count, kept.attributes, request);
+    if (count > capacity) {
+        write_tiles_through_scratch(kept, lattice, capacity, request, writer);
+    } else if (kept.attributes.empty()) {
         std::vector<LatticeIndex> points = read_indices(kept, lattice, request);
         writer.add(points, request.memory_bytes - points.size() * sizeof(LatticeIndex));
     } else {
-        TilesThroughScratch(sources, lattice, capacity, request, writer).write(kept);
+        Carried carried = read_carried(kept, lattice, request);
+        writer.add(carried.points, carried.rows, request.memory_bytes - carried.bytes());
     }
     const std::uint64_t bytes = writer.finish();
     return {path, writer.tiles(), bytes};
 }
 
 EmitResult emit_draco(const KeptPoints& kept, const EmitRequest& request) {
-    check_memory(kept.selection.count(), request);
+    check_memory(kept.selection.count(), kept.attributes, request);
     const Lattice lattice = choose_lattice(request.output.step, kept.sources, request.spacing);
-    std::vector<LatticeIndex> points = read_indices(kept, lattice, request);
-    std::sort(points.begin(), points.end());
+    const Carried carried = read_carried(kept, lattice, request);
+    std::vector<LatticeIndex> points;
+    points.reserve(carried.points.size());
+    for (const CarryingPoint& point : carried.points) {
+        points.push_back(point.index);
+    }
     const LatticeBounds bounds = bounds_of(points);
     if (!fits_tile(bounds)) {
         throw ConfigError(fmt::format(
@@ -237,7 +186,9 @@ EmitResult emit_draco(const KeptPoints& kept, const EmitRequest& request) {
     }
     const std::filesystem::path path = output_path(request.output.path);
     AtomicFile file(path);
-    file.write(encode_tile(points, bounds.min, lattice, common_crs(kept.sources)));
+    file.write(encode_smallest({points, carried.rows, bounds.min},
+                               {lattice, common_crs(kept.sources), kept.attributes.attributes},
+                               request.output.encoding));
     EmitResult result{path, 1, file.size()};
     request.on_whole(result, path.parent_path());
     file.commit();
@@ -256,13 +207,15 @@ std::vector<std::pair<std::string, std::string>> result_parameters(const Job& jo
     return result;
 }
 
-std::uint64_t emit_memory_bytes(std::uint64_t kept, const OutputParams& output) {
+std::uint64_t emit_memory_bytes(std::uint64_t kept, const OutputParams& output,
+                                const AttributePlan& attributes) {
     switch (output_kind(output.path)) {
         case OutputKind::kArchive:
-            return 2 * std::min(kept, output.tile_points) * sizeof(LatticeIndex) +
-                   encode_memory_bytes(std::min(kept, output.tile_points));
+            return 2 * std::min(kept, output.tile_points) * point_bytes(attributes) +
+                   encode_memory_bytes(std::min(kept, output.tile_points), attributes.attributes);
         case OutputKind::kDraco:
-            return kept * sizeof(LatticeIndex) + encode_memory_bytes(kept);
+            return kept * (sizeof(LatticeIndex) + sizeof(CarryingPoint) + attributes.row_size) +
+                   encode_memory_bytes(kept, attributes.attributes);
         case OutputKind::kCloud:
             break;
     }
@@ -271,12 +224,9 @@ std::uint64_t emit_memory_bytes(std::uint64_t kept, const OutputParams& output) 
 
 EmitResult emit(const SourceTable& sources, const Selection& selection,
                 const EmitRequest& request) {
-    const OutputKind kind = output_kind(request.output.path);
-    const AttributePlan attributes = plan_attributes(
-        sources.infos(),
-        kind == OutputKind::kCloud ? request.output.attributes : std::vector<std::string>{"none"});
+    const AttributePlan attributes = plan_attributes(sources.infos(), request.output.attributes);
     const KeptPoints kept{sources, selection, request.runs, attributes, request.note};
-    switch (kind) {
+    switch (output_kind(request.output.path)) {
         case OutputKind::kArchive:
             return emit_archive(kept, request);
         case OutputKind::kDraco:

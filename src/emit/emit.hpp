@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "emit/attribute_plan.hpp"
 #include "emit/tile_log.hpp"
 #include "knap/job.hpp"
 #include "knap/params.hpp"
@@ -51,7 +52,8 @@ std::vector<std::pair<std::string, std::string>> result_parameters(const Job& jo
 /// Memory that emit() takes for an output of some kept points, at least: what it checks its budget
 /// against. For an archive it does not grow
 /// beyond what two tiles take: more kept points go through scratch.
-std::uint64_t emit_memory_bytes(std::uint64_t kept, const OutputParams& output);
+std::uint64_t emit_memory_bytes(std::uint64_t kept, const OutputParams& output,
+                                const AttributePlan& attributes = {});
 
 /// Writes the kept points: an archive folder, a single Draco file, or an ordinary file with the
 /// exact positions in source order, for which the sources are streamed a last time. A cloud without

@@ -34,18 +34,33 @@ struct Slab {
 
 }  // namespace
 
+void KeptFile::remove() const {
+    std::filesystem::remove(path);
+    if (row_size > 0) {
+        std::filesystem::remove(rows_path());
+    }
+}
+
 KeptFileWriter::KeptFileWriter(std::filesystem::path path, const SourceTable& table,
-                               const Lattice& lattice)
+                               const Lattice& lattice, std::size_t row_size)
     : lattice_(lattice), run_(path, table, kMostBlockPoints) {
     file_.path = std::move(path);
+    file_.row_size = row_size;
+    if (row_size > 0) {
+        rows_.emplace(file_.rows_path(), row_size);
+    }
 }
 
-void KeptFileWriter::add(PointId id, const Vec3& position) {
-    add(id, position, index_of(lattice_, position));
+void KeptFileWriter::add(PointId id, const Vec3& position, std::span<const std::byte> row) {
+    add(id, position, index_of(lattice_, position), row);
 }
 
-void KeptFileWriter::add(PointId id, const Vec3& position, const LatticeIndex& index) {
+void KeptFileWriter::add(PointId id, const Vec3& position, const LatticeIndex& index,
+                         std::span<const std::byte> row) {
     run_.add({0, id, position});
+    if (rows_) {
+        rows_->add(row);
+    }
     if (file_.points++ == 0) {
         file_.bounds = {index, index};
     }
@@ -57,6 +72,9 @@ void KeptFileWriter::add(PointId id, const Vec3& position, const LatticeIndex& i
 
 KeptFile KeptFileWriter::finish() {
     file_.bytes = run_.finish();
+    if (rows_) {
+        file_.bytes += rows_->finish();
+    }
     return std::move(file_);
 }
 
@@ -70,6 +88,18 @@ void KeptSplitter::read(
             take(point.id, point.position, index_of(lattice_, point.position));
         }
     }
+}
+
+void KeptSplitter::read_rows(const KeptFile& file,
+                             const std::function<void(PointId, const Vec3&, const LatticeIndex&,
+                                                      std::span<const std::byte>)>& take) const {
+    std::optional<RowReader> rows;
+    if (file.row_size > 0) {
+        rows.emplace(file.rows_path(), file.row_size);
+    }
+    read(file, [&](PointId id, const Vec3& position, const LatticeIndex& index) {
+        take(id, position, index, rows ? rows->next() : std::span<const std::byte>());
+    });
 }
 
 KeptSplitter::Ranked KeptSplitter::point_of_rank(const KeptFile& file, AlongAxis order,
@@ -123,17 +153,18 @@ std::pair<KeptFile, KeptFile> KeptSplitter::split(const KeptFile& file,
     const std::uint64_t half = file.points / 2;
     const Ranked found = point_of_rank(file, order, half);
     const LatticeIndex middle = found.point;
-    // Points in the place of the middle one go to either half: they are all alike.
+    // Of those in the place of the middle one the first.
     std::uint64_t alike_below = half - found.before;
-    KeptFileWriter low(lower, table_, lattice_);
-    KeptFileWriter high(upper, table_, lattice_);
-    read(file, [&](PointId id, const Vec3& position, const LatticeIndex& p) {
+    KeptFileWriter low(lower, table_, lattice_, file.row_size);
+    KeptFileWriter high(upper, table_, lattice_, file.row_size);
+    read_rows(file, [&](PointId id, const Vec3& position, const LatticeIndex& p,
+                        std::span<const std::byte> row) {
         bool is_low = order(p, middle);
         if (p == middle && alike_below > 0) {
             is_low = true;
             --alike_below;
         }
-        (is_low ? low : high).add(id, position, p);
+        (is_low ? low : high).add(id, position, p, row);
     });
     return {low.finish(), high.finish()};
 }

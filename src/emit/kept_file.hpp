@@ -1,24 +1,34 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <optional>
+#include <span>
 #include <utility>
 
 #include "emit/lattice.hpp"
 #include "emit/tiles.hpp"
 #include "store/ranked_run.hpp"
+#include "store/row_file.hpp"
 #include "store/source_table.hpp"
 
 namespace knap {
 
-/// Kept points on disk, on their way into tiles: a run whose keys are all 0.
+/// Kept points on disk, on their way into tiles: a run whose keys are all 0, and their rows, if
+/// they carry something, in a file beside it.
 struct KeptFile {
     std::filesystem::path path;
     std::uint64_t points = 0;
-    std::uint64_t bytes = 0;
+    std::uint64_t bytes = 0;  ///< of both files
     LatticeBounds bounds;
+    std::size_t row_size = 0;  ///< bytes; 0: there is no file of rows
+
+    std::filesystem::path rows_path() const { return path.string() + ".rows"; }
+    /// Removes it from disk.
+    void remove() const;
 };
 
 /// Writes a KeptFile; it exists only once finish() has returned.
@@ -26,11 +36,14 @@ class KeptFileWriter {
   public:
     /// @param table, lattice  must outlive the writer
     /// @throws StorageError
-    KeptFileWriter(std::filesystem::path path, const SourceTable& table, const Lattice& lattice);
+    KeptFileWriter(std::filesystem::path path, const SourceTable& table, const Lattice& lattice,
+                   std::size_t row_size = 0);
 
-    void add(PointId id, const Vec3& position);
+    /// @param row  of row_size bytes
+    void add(PointId id, const Vec3& position, std::span<const std::byte> row = {});
     /// The same for a point whose place on the lattice is known.
-    void add(PointId id, const Vec3& position, const LatticeIndex& index);
+    void add(PointId id, const Vec3& position, const LatticeIndex& index,
+             std::span<const std::byte> row);
 
     /// @throws StorageError
     KeptFile finish();
@@ -38,6 +51,7 @@ class KeptFileWriter {
   private:
     const Lattice& lattice_;
     RunWriter run_;
+    std::optional<RowWriter> rows_;
     KeptFile file_;
 };
 
@@ -56,7 +70,14 @@ class KeptSplitter {
     void read(const KeptFile& file,
               const std::function<void(PointId, const Vec3&, const LatticeIndex&)>& take) const;
 
+    /// The same with rows: take(id, position, index, row).
+    void read_rows(const KeptFile& file,
+                   const std::function<void(PointId, const Vec3&, const LatticeIndex&,
+                                            std::span<const std::byte>)>& take) const;
+
     /// The lower half, first by the coordinate along the longest axis, and the upper one.
+    /// Points in one place go into the lower half first, and each half has its points in the order
+    /// that they had.
     /// @param file  at least two points
     std::pair<KeptFile, KeptFile> split(const KeptFile& file, const std::filesystem::path& lower,
                                         const std::filesystem::path& upper) const;

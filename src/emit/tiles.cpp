@@ -12,15 +12,32 @@ namespace {
 // Below this many points another thread costs more than it saves.
 constexpr std::size_t kParallelPoints = 1 << 16;
 
-void split(std::span<LatticeIndex> points, std::size_t axis) {
+template <typename Point>
+LatticeBounds find_bounds(std::span<const Point> points) {
+    if (points.empty()) {
+        return {};
+    }
+    LatticeBounds bounds{place_of(points.front()), place_of(points.front())};
+    for (const Point& point : points) {
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            bounds.min[axis] = std::min(bounds.min[axis], place_of(point)[axis]);
+            bounds.max[axis] = std::max(bounds.max[axis], place_of(point)[axis]);
+        }
+    }
+    return bounds;
+}
+
+template <typename Point>
+void split(std::span<Point> points, std::size_t axis) {
     const auto middle = points.begin() + static_cast<std::ptrdiff_t>(points.size() / 2);
     std::nth_element(points.begin(), middle, points.end(), AlongAxis{axis});
 }
 
-std::vector<TileSpan> cut(std::span<LatticeIndex> points, std::size_t first,
-                          std::uint64_t tile_points, const std::function<void()>& poll) {
+template <typename Point>
+std::vector<TileSpan> cut(std::span<Point> points, std::size_t first, std::uint64_t tile_points,
+                          const std::function<void()>& poll) {
     poll();
-    const LatticeBounds bounds = bounds_of(points);
+    const LatticeBounds bounds = bounds_of(std::span<const Point>(points));
     if (points.size() <= tile_points && fits_tile(bounds)) {
         std::sort(points.begin(), points.end());
         return {{first, points.size(), bounds}};
@@ -59,17 +76,11 @@ std::size_t longest_axis(const LatticeBounds& bounds) {
 }
 
 LatticeBounds bounds_of(std::span<const LatticeIndex> points) {
-    if (points.empty()) {
-        return {};
-    }
-    LatticeBounds bounds{points.front(), points.front()};
-    for (const LatticeIndex& point : points) {
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-            bounds.min[axis] = std::min(bounds.min[axis], point[axis]);
-            bounds.max[axis] = std::max(bounds.max[axis], point[axis]);
-        }
-    }
-    return bounds;
+    return find_bounds(points);
+}
+
+LatticeBounds bounds_of(std::span<const CarryingPoint> points) {
+    return find_bounds(points);
 }
 
 bool fits_tile(const LatticeBounds& bounds) {
@@ -82,6 +93,11 @@ bool fits_tile(const LatticeBounds& bounds) {
 }
 
 std::vector<TileSpan> plan_tiles(std::span<LatticeIndex> points, std::uint64_t tile_points,
+                                 const std::function<void()>& poll) {
+    return points.empty() ? std::vector<TileSpan>{} : cut(points, 0, tile_points, poll);
+}
+
+std::vector<TileSpan> plan_tiles(std::span<CarryingPoint> points, std::uint64_t tile_points,
                                  const std::function<void()>& poll) {
     return points.empty() ? std::vector<TileSpan>{} : cut(points, 0, tile_points, poll);
 }

@@ -20,7 +20,20 @@ void BufferedReader::seek(std::uint64_t offset) {
     offset_ = offset;
 }
 
-void BufferedReader::refill(std::size_t bytes) {
+bool BufferedReader::at_end() {
+    if (file_.size_known()) {
+        return remaining() == 0;
+    }
+    if (offset_ > 0) {
+        seek(offset_ - 1);
+        take(1);
+    }
+    return position_ == buffer_end_ && fill() == 0;
+}
+
+/// Reads on behind what is left in the buffer.
+/// @return bytes in the buffer
+std::size_t BufferedReader::fill() {
     if (buffer_.empty()) {
         buffer_.resize(kCapacity);
     }
@@ -28,7 +41,11 @@ void BufferedReader::refill(std::size_t bytes) {
     std::memmove(buffer_.data(), buffer_.data() + position_, kept);
     position_ = 0;
     buffer_end_ = kept + file_.read_some(offset_ + kept, std::span(buffer_).subspan(kept));
-    if (buffer_end_ < bytes) {
+    return buffer_end_;
+}
+
+void BufferedReader::refill(std::size_t bytes) {
+    if (fill() < bytes) {
         throw InputError(
             fmt::format("{}: the data ends early: expected {} bytes at byte {}, found {}",
                         file_.path().string(), bytes, offset_, buffer_end_));

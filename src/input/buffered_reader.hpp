@@ -21,6 +21,10 @@ class BufferedReader {
     std::uint64_t offset() const { return offset_; }
     std::uint64_t remaining() const { return offset_ < file_.size() ? file_.size() - offset_ : 0; }
 
+    /// Is there no byte left? Of a decoded file remaining() is no more than a bound.
+    /// @throws InputError if the file ends before the place where the reader stands
+    bool at_end();
+
     void seek(std::uint64_t offset);
     void skip(std::uint64_t bytes) { seek(offset_ + bytes); }
 
@@ -38,6 +42,7 @@ class BufferedReader {
 
   private:
     void refill(std::size_t bytes);
+    std::size_t fill();
 
     const InputFile& file_;
     std::vector<std::byte> buffer_;

@@ -96,6 +96,7 @@ DracoCloud decode_draco(std::span<const std::byte> bytes, const std::filesystem:
             throw_draco(file, fmt::format("no position for point {}", i));
         }
     }
+    result.columns = draco_columns(*cloud, file);
     return result;
 }
 

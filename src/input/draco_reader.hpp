@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "input/draco_attributes.hpp"
 #include "knap/geometry.hpp"
 
 namespace knap {
@@ -37,6 +38,7 @@ struct DracoLattice {
 /// What a Draco file holds.
 struct DracoCloud {
     std::vector<std::array<float, 3>> positions;  ///< as stored, in the order stored
+    DracoColumns columns;                         ///< of the same points
     std::optional<DracoLattice> lattice;          ///< none if knap did not write the file
 };
 

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "base/file.hpp"
+#include "input/gzip.hpp"
 #include "input/las_source.hpp"
 #include "input/pcd_source.hpp"
 #include "input/ply_source.hpp"
@@ -12,6 +13,24 @@
 #include "knap/source.hpp"
 
 namespace knap {
+
+namespace {
+
+std::unique_ptr<PointSource> open_as(FileFormat format, InputFile file) {
+    switch (format) {
+        case FileFormat::kPly:
+            return open_ply(std::move(file));
+        case FileFormat::kLas:
+            return open_las(std::move(file));
+        case FileFormat::kPcd:
+            return open_pcd(std::move(file));
+        case FileFormat::kText:
+            break;
+    }
+    return open_text(std::move(file));
+}
+
+}  // namespace
 
 std::unique_ptr<PointSource> open_source(const std::filesystem::path& path) {
     InputFile file(path);
@@ -25,17 +44,8 @@ std::unique_ptr<PointSource> open_source(const std::filesystem::path& path) {
             fmt::format("{}: expected PLY, LAS, LAZ, PCD or text with x, y and z, found {}",
                         path.string(), recognition.found));
     }
-    switch (*recognition.format) {
-        case FileFormat::kPly:
-            return open_ply(std::move(file));
-        case FileFormat::kLas:
-            return open_las(std::move(file));
-        case FileFormat::kPcd:
-            return open_pcd(std::move(file));
-        case FileFormat::kText:
-            break;
-    }
-    return open_text(std::move(file));
+    return open_as(*recognition.format,
+                   recognition.gzipped ? gunzip(std::move(file)) : std::move(file));
 }
 
 }  // namespace knap

@@ -87,7 +87,7 @@ void BinaryPlySource::check_size() const {
         left -= element.count * stride;
         exact = exact && (element.count == 0 || element.fixed_size());
     }
-    if (exact && left > 0) {
+    if (exact && left > 0 && file_.size_known()) {
         throw InputError(fmt::format(
             "{}: expected the file to end at byte {} after the last element, found {} bytes more",
             file_.path().string(), file_.size() - left, left));
@@ -149,10 +149,11 @@ void BinaryPlySource::finish() {
     for (std::size_t i = header_.vertex + 1; i < header_.elements.size(); ++i) {
         skip_element(header_.elements[i]);
     }
-    if (reader_.remaining() > 0) {
+    if (!reader_.at_end()) {
         throw InputError(fmt::format(
             "{}: expected the file to end at byte {} after the last element, found {} bytes more",
-            file_.path().string(), reader_.offset(), reader_.remaining()));
+            file_.path().string(), reader_.offset(),
+            file_.size_known() ? fmt::to_string(reader_.remaining()) : "some"));
     }
     finished_ = true;
 }

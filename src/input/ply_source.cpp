@@ -7,6 +7,7 @@
 
 #include "input/columns.hpp"
 #include "input/coordinates.hpp"
+#include "input/gzip.hpp"
 #include "input/ply_ascii_source.hpp"
 #include "input/ply_binary_source.hpp"
 #include "input/ply_header.hpp"
@@ -55,13 +56,14 @@ void describe_properties(const PlyHeader& header, SourceInfo& info) {
 SourceInfo describe(const InputFile& file, const PlyHeader& header) {
     SourceInfo info;
     info.path = file.path();
-    info.format = format_name(header.encoding);
+    info.format =
+        fmt::format("{}{}", format_name(header.encoding), is_gunzipped(file) ? ", gzip" : "");
     describe_properties(header, info);
     const auto type_of = [&](std::size_t axis) { return info.schema[info.axes[axis]].type; };
     info.coordinates = format_of_coordinates({type_of(0), type_of(1), type_of(2)});
     info.declared_count = header.vertices().count;
-    info.seek_granularity = can_seek(header) ? 1 : 0;
-    info.size_bytes = file.size();
+    info.seek_granularity = can_seek(header) && file.size_known() ? 1 : 0;
+    info.size_bytes = file.size_on_disk();
     return info;
 }
 

@@ -6,8 +6,10 @@
 #include <array>
 #include <string_view>
 
+#include "input/gzip.hpp"
 #include "input/number.hpp"
 #include "input/text_layout.hpp"
+#include "knap/error.hpp"
 
 namespace knap {
 
@@ -20,7 +22,6 @@ struct Foreign {
     std::string_view found;
 };
 constexpr std::array kForeignStarts{
-    Foreign{"\x1f\x8b"sv, "a gzip file: decompress it first"},
     Foreign{"PK\x03\x04"sv, "a zip file: decompress it first"},
     Foreign{"BZh"sv, "a bzip2 file: decompress it first"},
     Foreign{"\xfd"
@@ -40,8 +41,8 @@ constexpr std::array kForeignEndings{
 constexpr std::array kPointEndings{".xyz"sv, ".pts"sv, ".asc"sv};
 constexpr std::array kTableEndings{".txt"sv, ".csv"sv, ".tsv"sv};
 
-std::string ending_of(const InputFile& file) {
-    std::string ending = file.path().extension().string();
+std::string ending_of(const std::filesystem::path& path) {
+    std::string ending = path.extension().string();
     std::ranges::transform(ending, ending.begin(), [](char c) {
         return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
     });
@@ -56,7 +57,8 @@ bool is_text(std::string_view head) {
 }
 
 Recognition refuse(std::string_view found) {
-    return {.format = std::nullopt, .certain = false, .found = std::string(found)};
+    return {
+        .format = std::nullopt, .gzipped = false, .certain = false, .found = std::string(found)};
 }
 
 Recognition recognise_text(const InputFile& file, std::string_view head, std::string_view ending) {
@@ -70,25 +72,23 @@ Recognition recognise_text(const InputFile& file, std::string_view head, std::st
     }
     const bool certain = is_cloud || looks_like_points(file);
     if (certain || is_table) {
-        return {.format = FileFormat::kText, .certain = certain, .found = {}};
+        return {.format = FileFormat::kText, .gzipped = false, .certain = certain, .found = {}};
     }
     return refuse(fmt::format("text that begins with {}",
                               excerpt(head.substr(0, head.find_first_of("\r\n")))));
 }
 
-}  // namespace
-
-Recognition recognise(const InputFile& file) {
+/// What the file is, or what it decodes to.
+Recognition recognise_content(const InputFile& file, const std::string& ending) {
     std::array<char, 4096> bytes{};
     const std::string_view head(bytes.data(),
                                 file.read_some(0, std::as_writable_bytes(std::span(bytes))));
-    const std::string ending = ending_of(file);
     if (head.starts_with("ply") && head.size() > 3 && is_text(head.substr(0, 4)) &&
         (head[3] <= ' ')) {
-        return {.format = FileFormat::kPly, .certain = true, .found = {}};
+        return {.format = FileFormat::kPly, .gzipped = false, .certain = true, .found = {}};
     }
     if (head.starts_with("LASF")) {
-        return {.format = FileFormat::kLas, .certain = true, .found = {}};
+        return {.format = FileFormat::kLas, .gzipped = false, .certain = true, .found = {}};
     }
     for (const Foreign& foreign : kForeignStarts) {
         if (head.starts_with(foreign.sign)) {
@@ -96,13 +96,13 @@ Recognition recognise(const InputFile& file) {
         }
     }
     if (head.starts_with("# .PCD") || ending == ".pcd") {
-        return {.format = FileFormat::kPcd, .certain = true, .found = {}};
+        return {.format = FileFormat::kPcd, .gzipped = false, .certain = true, .found = {}};
     }
     if (ending == ".ply") {
-        return {.format = FileFormat::kPly, .certain = true, .found = {}};
+        return {.format = FileFormat::kPly, .gzipped = false, .certain = true, .found = {}};
     }
     if (ending == ".las" || ending == ".laz") {
-        return {.format = FileFormat::kLas, .certain = true, .found = {}};
+        return {.format = FileFormat::kLas, .gzipped = false, .certain = true, .found = {}};
     }
     for (const Foreign& foreign : kForeignEndings) {
         if (ending == foreign.sign) {
@@ -110,6 +110,29 @@ Recognition recognise(const InputFile& file) {
         }
     }
     return recognise_text(file, head, ending);
+}
+
+Recognition recognise_gzip(const std::filesystem::path& path) {
+    try {
+        const InputFile decoded = gunzip(InputFile(path));
+        Recognition recognition = recognise_content(decoded, ending_of(path.stem()));
+        if (recognition.format == FileFormat::kPly || recognition.format == FileFormat::kText) {
+            recognition.gzipped = true;
+            return recognition;
+        }
+        return refuse(recognition.format ? "a gzip file that holds neither PLY nor text: "
+                                           "decompress it first"
+                                         : fmt::format("a gzip file of {}", recognition.found));
+    } catch (const InputError&) {
+        return refuse("a damaged gzip file");
+    }
+}
+
+}  // namespace
+
+Recognition recognise(const InputFile& file) {
+    return is_gzip(file) ? recognise_gzip(file.path())
+                         : recognise_content(file, ending_of(file.path()));
 }
 
 }  // namespace knap

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "input/columns.hpp"
+#include "input/gzip.hpp"
 #include "input/line_reader.hpp"
 #include "input/number.hpp"
 #include "input/text_layout.hpp"
@@ -50,10 +51,11 @@ class TextSource final : public PointSource {
         }
         target_of_ = axis_of_;
         info_.path = file_.path();
-        info_.format = format_name(layout_);
+        info_.format =
+            fmt::format("{}{}", format_name(layout_), is_gunzipped(file_) ? ", gzip" : "");
         describe_columns();
         info_.declared_count = layout_.count;
-        info_.size_bytes = file_.size();
+        info_.size_bytes = file_.size_on_disk();
         std::string_view line;
         while (lines_.line_number() < layout_.lines_before && lines_.next(line)) {
         }

@@ -230,7 +230,7 @@ class Pipeline {
                           advance);
         });
         if (log_.find("survey", kSurveyFile) == nullptr) {
-            tell_what_stays_behind(archive.table, progress_);
+            tell_attributes(job_, archive.table, progress_);
             save_survey(file, archive.table, archive.occupancy);
             log_.record("survey", kSurveyFile, survey_record(archive));
         }
@@ -347,6 +347,7 @@ Report run(const Job& job, Progress& progress) {
     validate(job);
     const std::vector<fs::path> files = find_sources(job, progress);
     check_output(job.output, files);
+    check_attributes(job, files);
     return Pipeline(job, files, progress).run();
 }
 

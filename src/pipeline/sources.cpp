@@ -1,11 +1,12 @@
 #include "pipeline/sources.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
-#include <set>
 #include <string>
 
+#include "emit/attribute_plan.hpp"
+#include "emit/output_check.hpp"
+#include "emit/tile_layout.hpp"
 #include "knap/source.hpp"
 
 namespace knap {
@@ -33,18 +34,18 @@ std::vector<SourceInfo> source_infos(const std::vector<fs::path>& files) {
     return infos;
 }
 
-void tell_what_stays_behind(const SourceTable& table, Progress& progress) {
-    std::set<std::string> names;
-    for (const SourceEntry& source : table.sources()) {
-        for (const Attribute& attribute : source.info.schema) {
-            if (attribute.name.find_first_not_of("xyzXYZ") != std::string::npos) {
-                names.insert(attribute.name);
-            }
-        }
+void check_attributes(const Job& job, const std::vector<fs::path>& files) {
+    const AttributePlan plan = plan_attributes(source_infos(files), job.output.attributes);
+    const OutputKind kind = output_kind(job.output.path);
+    if (kind == OutputKind::kArchive || kind == OutputKind::kDraco) {
+        check_tile_attributes(plan.attributes);
     }
-    if (!names.empty()) {
-        progress.note(fmt::format("only positions are written; {} attributes stay behind: {}",
-                                  names.size(), fmt::join(names, ", ")));
+}
+
+void tell_attributes(const Job& job, const SourceTable& table, Progress& progress) {
+    const AttributePlan plan = plan_attributes(table.infos(), job.output.attributes);
+    for (const std::string& note : attribute_notes(table, plan)) {
+        progress.note(note);
     }
 }
 

@@ -16,8 +16,12 @@ std::vector<std::filesystem::path> find_sources(const Job& job, Progress& progre
 /// @throws InputError
 std::vector<SourceInfo> source_infos(const std::vector<std::filesystem::path>& files);
 
-/// Tells which attributes of the sources the output will not have: nothing is dropped without a
-/// word.
-void tell_what_stays_behind(const SourceTable& table, Progress& progress);
+/// Refuses attributes that the output could not have, before any work is done.
+/// @throws ConfigError as plan_attributes() and check_tile_attributes()
+void check_attributes(const Job& job, const std::vector<std::filesystem::path>& files);
+
+/// Tells what of the sources' attributes the output will not have as they have it: nothing is
+/// dropped without a word.
+void tell_attributes(const Job& job, const SourceTable& table, Progress& progress);
 
 }  // namespace knap

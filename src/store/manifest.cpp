@@ -198,6 +198,10 @@ std::string format_manifest(const Manifest& manifest) {
     for (const ManifestSource& source : manifest.sources) {
         sources.push_back(source_json(source));
     }
+    Json attributes = Json::array();
+    for (const Attribute& attribute : manifest.attributes) {
+        attributes.push_back(attribute_json(attribute));
+    }
     Json tiles = Json::array();
     for (const ManifestTile& tile : manifest.tiles) {
         tiles.push_back(tile_json(tile));
@@ -221,6 +225,7 @@ std::string format_manifest(const Manifest& manifest) {
                 {"step", number_json(manifest.lattice.step)}}},
               {"box", box_json(manifest.box)},
               {"crs", manifest.crs},
+              {"attributes", attributes},
               {"tiles", tiles}};
     json["xxh3"] = checksum_of(json);
     return dump_json(json, 2) + "\n";
@@ -263,6 +268,11 @@ Manifest parse_manifest(std::string_view text, const std::filesystem::path& file
     manifest.lattice = lattice_from(root.at("lattice"));
     manifest.box = root.at("box").box();
     manifest.crs = root.at("crs").text();
+    if (root.has("attributes")) {  // archives of 0.1.0 carry none
+        for (const JsonNode& attribute : root.at("attributes").items()) {
+            manifest.attributes.push_back(attribute_from(attribute));
+        }
+    }
     for (const JsonNode& tile : root.at("tiles").items()) {
         manifest.tiles.push_back(tile_from(tile));
     }
