@@ -18,6 +18,7 @@ namespace knap {
 struct Merged {
     MergeResult result;
     double alpha = 0;  ///< cloud units
+    std::uint64_t protected_points = 0;  ///< kept for the sake of range.keep alone
     /// Ranked runs that hold every kept point.
     std::vector<std::filesystem::path> runs;
 };
