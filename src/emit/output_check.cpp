@@ -147,7 +147,8 @@ void check_output(const OutputParams& output, std::span<const fs::path> inputs) 
     const OutputKind kind = output_kind(output.path);
     const fs::path path = output_path(output.path);
     if (output.flag && kind != OutputKind::kCloud) {
-        refuse("output.flag (--flag)", path, "expected a file ending in .ply, .las, .laz or .xyz");
+        refuse("output.flag (--flag)", path,
+               "expected a file ending in .ply, .las, .laz or .xyz, found Draco");
     }
     check_no_input(kOutputKey, path, inputs);
     if (kind == OutputKind::kArchive) {

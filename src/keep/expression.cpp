@@ -46,9 +46,8 @@ class KeepParser {
     using Order = KeepExpression::Order;
 
     [[noreturn]] void fail(std::string_view expected) const {
-        const std::string found = at_ < text_.size()
-                                      ? fmt::format("\"{}\"", text_.substr(at_, 20))
-                                      : std::string("the end");
+        const std::string found = at_ < text_.size() ? fmt::format("\"{}\"", text_.substr(at_, 20))
+                                                     : std::string("the end");
         throw ConfigError(fmt::format("range.keep (--keep): column {}: expected {}, found {}",
                                       at_ + 1, expected, found));
     }
@@ -165,8 +164,7 @@ class KeepParser {
     std::size_t parse_component() {
         std::size_t component = 0;
         const char* const begin = text_.data() + at_;
-        const auto [end, error] =
-            std::from_chars(begin, text_.data() + text_.size(), component);
+        const auto [end, error] = std::from_chars(begin, text_.data() + text_.size(), component);
         if (error != std::errc{}) {
             fail("a component: 0, 1, ..");
         }
