@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -31,6 +32,7 @@ struct ManifestSource {
     CoordinateFormat coordinates;
     std::vector<Attribute> schema;
     std::string crs;  ///< WKT or "EPSG:n"; empty if none
+    std::optional<LasHeaderInfo> las = std::nullopt;  ///< LAS and LAZ: header and records
 };
 
 /// One tile as the manifest names it.

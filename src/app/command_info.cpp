@@ -6,6 +6,7 @@
 
 #include "app/commands.hpp"
 #include "app/format.hpp"
+#include "app/info_json.hpp"
 #include "base/file.hpp"
 #include "input/draco_reader.hpp"
 #include "knap/archive.hpp"
@@ -50,6 +51,16 @@ std::string format_crs(const std::string& crs) {
     return crs.empty() ? "none" : one_line(crs);
 }
 
+std::string format_records(const std::vector<LasVlr>& records) {
+    std::string text;
+    for (const LasVlr& record : records) {
+        text += fmt::format("{}{} {} ({}{})", text.empty() ? "" : ", ", one_line(record.user_id),
+                            record.record_id, format_bytes(record.content.size()),
+                            record.extended ? ", extended" : "");
+    }
+    return text;
+}
+
 std::string describe(const SourceInfo& info) {
     std::string text = row("file", info.path.string());
     text += row("format", info.format);
@@ -59,7 +70,14 @@ std::string describe(const SourceInfo& info) {
                                           : "not declared");
     text += row("coordinates", format_coordinates(info.coordinates));
     text += row("attributes", format_schema(info.schema));
-    return text + row("crs", format_crs(info.crs));
+    text += row("crs", format_crs(info.crs));
+    if (info.las && !info.las->records.empty()) {
+        text += row("records", format_records(info.las->records));
+    }
+    for (const std::string& name : info.unsupported) {
+        text += row("not read", name);
+    }
+    return text;
 }
 
 /// A single Draco file: knap writes those, but does not read them as a source.
@@ -131,17 +149,32 @@ std::string describe_path(const std::string& path) {
     return path.ends_with(".drc") ? describe_draco(path) : describe(open_source(path)->info());
 }
 
+std::string json_of_path(const std::string& path) {
+    std::error_code ignored;
+    if (std::filesystem::is_directory(path, ignored)) {
+        return info_json(Archive(path));
+    }
+    return path.ends_with(".drc") ? info_json_of_draco(path) : info_json(open_source(path)->info());
+}
+
 }  // namespace
 
 Command add_info(CLI::App& root) {
     CLI::App* const command =
         root.add_subcommand("info", "header, attributes and counts of a file or an archive");
     const auto path = std::make_shared<std::string>();
+    const auto json = std::make_shared<bool>(false);
     command->add_option("FILE|ARCHIVE", *path, "a point cloud, a .drc file, or an archive folder")
         ->type_name("")
         ->required();
-    command->footer("Examples:\n  knap info scan.laz\n  knap info scan_archive");
-    return {command, [path] { fmt::print("{}", describe_path(*path)); }};
+    command->add_flag("--json", *json, "as JSON, for programs");
+    command->footer(
+        "Examples:\n"
+        "  knap info scan.laz\n"
+        "  knap info scan_archive\n"
+        "  knap info scan.laz --json");
+    return {command,
+            [path, json] { fmt::print("{}", *json ? json_of_path(*path) : describe_path(*path)); }};
 }
 
 }  // namespace knap::app
