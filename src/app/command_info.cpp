@@ -8,7 +8,6 @@
 #include "app/format.hpp"
 #include "app/info_json.hpp"
 #include "base/file.hpp"
-#include "input/draco_reader.hpp"
 #include "knap/archive.hpp"
 #include "knap/source.hpp"
 
@@ -43,6 +42,9 @@ std::string format_schema(const std::vector<Attribute>& schema) {
         text += text.empty() ? "" : ", ";
         text += fmt::format("{} {}", attribute.name, to_string(attribute.type));
         text += attribute.components > 1 ? fmt::format("[{}]", attribute.components) : "";
+        text += attribute.scale != 1 || attribute.offset != 0
+                    ? fmt::format(" * {} + {}", attribute.scale, attribute.offset)
+                    : "";
     }
     return text;
 }
@@ -51,12 +53,21 @@ std::string format_crs(const std::string& crs) {
     return crs.empty() ? "none" : one_line(crs);
 }
 
-std::string format_records(const std::vector<LasVlr>& records) {
+/// What a LAS file says beside its points.
+std::string describe(const LasHeaderInfo& las) {
     std::string text;
-    for (const LasVlr& record : records) {
-        text += fmt::format("{}{} {} ({}{})", text.empty() ? "" : ", ", one_line(record.user_id),
-                            record.record_id, format_bytes(record.content.size()),
-                            record.extended ? ", extended" : "");
+    const auto named = [&](std::string_view name, const std::string& value) {
+        text += value.empty() ? "" : row(name, one_line(value));
+    };
+    named("system", las.system_identifier);
+    named("software", las.generating_software);
+    if (las.creation_year != 0) {
+        text += row("created", fmt::format("day {} of {}", las.creation_day, las.creation_year));
+    }
+    for (const LasVlr& record : las.records) {
+        text += row("record",
+                    one_line(fmt::format("{} {}, {} bytes {}", record.user_id, record.record_id,
+                                         record.content.size(), record.description)));
     }
     return text;
 }
@@ -70,29 +81,11 @@ std::string describe(const SourceInfo& info) {
                                           : "not declared");
     text += row("coordinates", format_coordinates(info.coordinates));
     text += row("attributes", format_schema(info.schema));
+    if (!info.unsupported.empty()) {
+        text += row("not read", fmt::format("{}", fmt::join(info.unsupported, ", ")));
+    }
     text += row("crs", format_crs(info.crs));
-    if (info.las && !info.las->records.empty()) {
-        text += row("records", format_records(info.las->records));
-    }
-    for (const std::string& name : info.unsupported) {
-        text += row("not read", name);
-    }
-    return text;
-}
-
-/// A single Draco file: knap writes those, but does not read them as a source.
-std::string describe_draco(const std::string& path) {
-    const DracoCloud cloud = read_draco(path);
-    std::string text = row("file", path);
-    text += row("format", cloud.lattice ? "Draco, written by knap" : "Draco");
-    text += row("size", format_bytes(std::filesystem::file_size(path)));
-    text += row("points", format_count(cloud.positions.size()));
-    if (cloud.lattice) {
-        text += row("lattice", fmt::format("step {}, origin {}", cloud.lattice->step,
-                                           format_vec(cloud.lattice->origin)));
-        text += row("crs", format_crs(cloud.lattice->crs));
-    }
-    return text;
+    return info.las ? text + describe(*info.las) : text;
 }
 
 std::string describe(const ManifestSource& source) {
@@ -146,7 +139,7 @@ std::string describe_path(const std::string& path) {
     if (std::filesystem::is_directory(path, ignored)) {
         return describe(Archive(path));
     }
-    return path.ends_with(".drc") ? describe_draco(path) : describe(open_source(path)->info());
+    return describe(open_source(path)->info());
 }
 
 std::string json_of_path(const std::string& path) {

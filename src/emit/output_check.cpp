@@ -65,7 +65,9 @@ void check_writable(std::string_view key, const fs::path& path) {
 void check_no_input(std::string_view key, const fs::path& path, std::span<const fs::path> inputs) {
     for (const fs::path& input : inputs) {
         std::error_code ignored;
-        if (fs::equivalent(path, input, ignored)) {
+        // An archive is read by its manifest; another must not take its folder.
+        if (fs::equivalent(path, input, ignored) ||
+            fs::equivalent(path, input.parent_path(), ignored)) {
             refuse(key, path, "expected an output that is no input");
         }
     }
