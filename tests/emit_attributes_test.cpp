@@ -2,11 +2,15 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstring>
 #include <filesystem>
 #include <map>
 #include <mutex>
 #include <random>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "emit/emit.hpp"
@@ -141,6 +145,31 @@ TEST_F(EmitAttributes, GoOnWithTheTilesOfAnEarlierRun) {
     expect_same_files(folder_ / "archive", folder_ / "other");
 }
 
+TEST_F(EmitAttributes, PointsWhoseAttributesFollowTheSourcesAreStoredInTheirOrder) {
+    for (std::size_t i = 0; i < files_.size(); ++i) {
+        AttributeCloud cloud;
+        cloud.positions = all_points(files_[i]);
+        cloud.attributes = {{"time", ScalarType::kFloat64}};
+        std::vector<double> times(cloud.positions.size());
+        for (std::size_t k = 0; k < times.size(); ++k) {
+            times[k] = 3e5 + 1e-5 * static_cast<double>(i * times.size() + k);
+        }
+        const auto bytes = std::as_bytes(std::span(times));
+        cloud.columns = {{bytes.begin(), bytes.end()}};
+        write_ply(files_[i], cloud, false);
+    }
+    table_ = survey_of(files_);
+    emit(table_, selection_, request("archive"));
+    const Archive archive(folder_ / "archive");
+    EXPECT_EQ(carried_by(archive), carried_by_sources(files_, ids_, archive.manifest()));
+    for (std::size_t i = 0; i < archive.manifest().tiles.size(); ++i) {
+        const std::vector<std::byte> column = archive.read_whole_tile(i).columns[0];
+        std::vector<double> times(column.size() / sizeof(double));
+        std::memcpy(times.data(), column.data(), column.size());
+        EXPECT_TRUE(std::is_sorted(times.begin(), times.end())) << i;
+    }
+}
+
 TEST_F(EmitAttributes, TooLittleMemoryForThemIsAnError) {
     EmitRequest poor = request("archive");
     poor.memory_bytes = emit_memory_bytes(ids_.size(), poor.output, plan()) - 1;
@@ -174,13 +203,19 @@ TEST_F(EmitAttributes, AreReadInOrderByAnyNumberOfThreads) {
         std::vector<PointId> ids;
         std::vector<std::byte> rows;
         std::uint64_t done = 0;
+        std::atomic<int> inside = 0;
         read_kept_in_order(
             kept, workers,
             [&](const KeptBlock& block) {
+                EXPECT_EQ(++inside, 1) << "one thread at a time";
+                if (block.place == 0) {  // the others come to wait
+                    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+                }
                 EXPECT_EQ(block.place, ids.size());
                 EXPECT_EQ(block.rows.size(), block.ids.size() * carried.row_size);
                 ids.insert(ids.end(), block.ids.begin(), block.ids.end());
                 rows.insert(rows.end(), block.rows.begin(), block.rows.end());
+                --inside;
             },
             [&](std::uint64_t points) { done += points; });
         EXPECT_EQ(ids, ids_);
