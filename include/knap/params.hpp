@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <limits>
 #include <span>
 #include <string>
@@ -85,14 +86,20 @@ struct ResourceParams {
 
 /// A whole job: what `knap run` reads from a file.
 struct Job {
-    std::vector<std::string> input;  ///< files, folders and globs: one archive
+    std::vector<std::string> input;  ///< files, folders and globs: one archive; "-": see below
     CurvatureParams curvature;
     RangeParams range;
     OutputParams output;
     ResourceParams resources;
     /// Throw away what an unfinished run of the same output left, instead of going on with it.
     bool restart = false;
+    /// The file that the input "-" stands for: standard input, copied by who calls the library,
+    /// as a job reads its input more than once.
+    std::filesystem::path standard_input = std::filesystem::path();
 };
+
+/// The input that is no file.
+inline constexpr const char* kStandardInput = "-";
 
 /// Sets curvature and range, all but the target, to what a name stands for: "paper" is the method
 /// as published; "accurate" comes closest to the surface, see docs/quality.md.

@@ -5,6 +5,7 @@
 #include "app/commands.hpp"
 #include "app/options.hpp"
 #include "app/progress.hpp"
+#include "app/standard_input.hpp"
 #include "app/summary.hpp"
 #include "knap/job.hpp"
 
@@ -22,8 +23,9 @@ Command add_plan(CLI::App& root) {
         "  knap plan job.toml\n"
         "  knap plan site.laz -o site_archive --alpha 0.5 --memory 1GiB");
     return {command, [options, progress_options] {
-                const Job job = options->job();
+                Job job = options->job();
                 const std::unique_ptr<Progress> progress = make_progress(*progress_options);
+                const auto standard_input = take_standard_input(job, *progress);
                 const Forecast result = forecast(job, *progress);
                 fmt::print("{}", format_forecast(result, job.resources.memory_bytes));
             }};

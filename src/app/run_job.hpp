@@ -6,6 +6,6 @@
 namespace knap::app {
 
 /// Runs a job with its progress on standard error and prints the summary.
-void run_job(const Job& job, const ProgressOptions& options);
+void run_job(Job job, const ProgressOptions& options);
 
 }  // namespace knap::app

@@ -226,7 +226,8 @@ class Pipeline {
             return survey({.files = files_,
                            .threads = threads_,
                            .budget_bytes = budgets_.survey,
-                           .positions = positions_folder(files_, scratch_.path())},
+                           .positions = positions_folder(files_, scratch_.path()),
+                           .standard_input = job_.standard_input},
                           advance);
         });
         if (log_.find("survey", kSurveyFile) == nullptr) {

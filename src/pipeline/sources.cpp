@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <string>
 
 #include "emit/attribute_plan.hpp"
@@ -14,8 +15,13 @@ namespace knap {
 namespace fs = std::filesystem;
 
 std::vector<fs::path> find_sources(const Job& job, Progress& progress) {
+    std::vector<std::string> patterns = job.input;
+    if (!job.standard_input.empty()) {
+        std::replace(patterns.begin(), patterns.end(), std::string(kStandardInput),
+                     job.standard_input.string());
+    }
     std::vector<fs::path> left_out;
-    std::vector<fs::path> files = expand_sources(job.input, &left_out);
+    std::vector<fs::path> files = expand_sources(patterns, &left_out);
     if (!left_out.empty()) {
         progress.note(
             fmt::format("{} files of the input folders are no point clouds that knap reads, "

@@ -181,7 +181,7 @@ Survey survey(const SurveyRequest& request, const std::function<void(std::uint64
     for (std::size_t i = 0; i < infos.size(); ++i) {
         SourceEntry entry;
         entry.info = infos[i];
-        entry.given_path = infos[i].path.string();
+        entry.given_path = infos[i].path == request.standard_input ? "-" : infos[i].path.string();
         entry.xxh3 = digests[i];
         for (const Worker& worker : workers) {
             entry.points += worker.tallies[i].points;

@@ -19,6 +19,8 @@ struct SurveyRequest {
     bool digests = true;             ///< also compute the XXH3-128 of each file
     /// Exists; gets the positions of the sources that position_bytes() counts. Empty: of none.
     std::filesystem::path positions = {};
+    /// Of `files`, the one that goes by the name "-". Empty: none.
+    std::filesystem::path standard_input = {};
 };
 
 /// What the archive is: every point was seen once.
