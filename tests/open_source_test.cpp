@@ -99,8 +99,9 @@ TEST(ExpandSources, AFolderGivesItsPointCloudsSortedByPath) {
     folder.write("notes.txt", "words and words\n");
     folder.write("b/.hidden.ply", kPly);
     folder.write(".cache/a.ply", kPly);
-    folder.write("b/tiles/1.drc", "DRACO");
-    EXPECT_THAT(expand_sources({folder.path().string()}), ElementsAre(b, a, c, bad));
+    folder.write("out.partial/tiles/000000.drc", "DRACO");
+    const auto drc = folder.write("b/tiles/1.drc", "DRACO");
+    EXPECT_THAT(expand_sources({folder.path().string()}), ElementsAre(b, a, c, bad, drc));
 }
 
 TEST(ExpandSources, EntriesKeepTheirOrderAndGlobsAreSorted) {

@@ -21,6 +21,11 @@ bool is_hidden(const fs::path& path) {
     return path.filename().string().starts_with('.');
 }
 
+/// An archive that a job is at work on, or left to go on with, and its files.
+bool is_unfinished(const fs::path& path) {
+    return path.extension() == ".partial";
+}
+
 /// Is this folder a knap archive? Then it is one point cloud, whatever files it has.
 bool is_archive(const fs::path& folder) {
     const fs::path manifest = folder / kManifestName;
@@ -29,13 +34,13 @@ bool is_archive(const fs::path& folder) {
            recognise(InputFile(manifest)).format == FileFormat::kArchive;
 }
 
-/// All point clouds below a folder, sorted by path. Hidden files and folders are left out.
+/// All point clouds below a folder, sorted by path. Hidden and unfinished ones are left out.
 std::vector<fs::path> list_folder(const fs::path& folder, std::vector<fs::path>* left_out) {
     std::vector<fs::path> files;
     try {
         for (auto entry = fs::recursive_directory_iterator(folder); entry != fs::end(entry);
              ++entry) {
-            if (is_hidden(entry->path())) {
+            if (is_hidden(entry->path()) || is_unfinished(entry->path())) {
                 entry.disable_recursion_pending();
             } else if (entry->is_directory() && is_archive(entry->path())) {
                 files.push_back(entry->path() / kManifestName);

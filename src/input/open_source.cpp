@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <system_error>
 #include <utility>
 
 #include "base/file.hpp"
@@ -40,7 +41,9 @@ std::unique_ptr<PointSource> open_as(FileFormat format, InputFile file) {
 }  // namespace
 
 std::unique_ptr<PointSource> open_source(const std::filesystem::path& path) {
-    InputFile file(std::filesystem::is_directory(path) ? path / kManifestName : path);
+    const std::filesystem::path manifest = path / kManifestName;
+    std::error_code ignored;
+    InputFile file(std::filesystem::exists(manifest, ignored) ? manifest : path);
     if (file.size() == 0) {
         throw InputError(
             fmt::format("{}: expected a point cloud, found an empty file", path.string()));
