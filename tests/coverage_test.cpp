@@ -52,6 +52,60 @@ double random_range(std::mt19937_64& random, const test::Points& points) {
     }
 }
 
+PackedFrame random_frame(std::mt19937_64& random) {
+    return random() % 8 == 0
+               ? PackedFrame()
+               : PackedFrame(PackedFrame::Bytes{static_cast<std::uint8_t>(random() % 255),
+                                                static_cast<std::uint8_t>(random() % 255),
+                                                static_cast<std::uint8_t>(random() % 256)});
+}
+
+TEST(Coverage, EqualsBruteForceForAnyRegions) {
+    std::mt19937_64 random(3);
+    std::uniform_real_distribution<double> unit(0, 1);
+    struct Placed {
+        Vec3 centre;
+        Region region;
+    };
+    std::size_t balls = 0;
+    std::size_t marked = 0;
+    for (int round = 0; round < 1000; ++round) {
+        const test::Points points = test::finite_points(test::random_cloud(random));
+        if (points.positions.empty()) {
+            continue;
+        }
+        RangeParams range;
+        range.slab = random() % 3 == 0 ? 0 : unit(random);
+        range.aspect = random() % 3 == 0 ? 1 : 1 + 3 * unit(random);
+        const RegionShape shape(range);
+        Coverage coverage(points.box, shape);
+        std::vector<Placed> placed;
+        for (std::size_t i = random() % 40; i > 0; --i) {
+            const double r = random_range(random, points);
+            const double curvature = std::isfinite(r) ? unit(random) / r : 0;
+            const double stretch = std::sqrt(1 + (range.aspect - 1) * unit(random));
+            placed.push_back({points.positions[random() % points.positions.size()],
+                              {r, r * stretch, curvature, random_frame(random)}});
+            coverage.add(placed.back().centre, placed.back().region);
+        }
+        for (const Vec3& p : points.positions) {
+            bool in_ball = false;
+            bool inside = false;
+            for (const Placed& q : placed) {
+                const bool near = squared_distance(p, q.centre) <= q.region.reach * q.region.reach;
+                in_ball = in_ball || near;
+                inside =
+                    inside || (near && (shape.is_ball() || holds(q.region, shape, p - q.centre)));
+            }
+            ASSERT_EQ(coverage.marks(p), inside) << "round " << round;
+            balls += in_ball ? 1 : 0;
+            marked += inside ? 1 : 0;
+        }
+    }
+    EXPECT_LT(marked, balls) << "some are in the ball, but not in the region";
+    EXPECT_GT(marked, balls / 4);
+}
+
 TEST(Coverage, EqualsBruteForceForAnyRanges) {
     std::mt19937_64 random(1);
     std::size_t asked = 0;

@@ -13,6 +13,7 @@
 #include "base/threads.hpp"
 #include "knap/error.hpp"
 #include "merge/range_law.hpp"
+#include "merge/region.hpp"
 #include "support/clouds.hpp"
 #include "support/cut_cloud.hpp"
 
@@ -126,6 +127,12 @@ Ranked rank_at_random(std::mt19937_64& random, const std::vector<Vec3>& cloud) {
             random() % 4 == 0 ? static_cast<double>(random() % 3)
                               : std::pow(10, std::uniform_real_distribution<double>(-3, 3)(random));
         ranked.ordered.push_back({key, points.ids[i], points.positions[i]});
+        if (random() % 8 != 0) {
+            ranked.ordered.back().frame =
+                PackedFrame(PackedFrame::Bytes{static_cast<std::uint8_t>(random() % 255),
+                                               static_cast<std::uint8_t>(random() % 255),
+                                               static_cast<std::uint8_t>(random() % 256)});
+        }
         ranked.mean += key / static_cast<double>(points.ids.size());
     }
     std::sort(ranked.ordered.begin(), ranked.ordered.end(),
@@ -144,6 +151,9 @@ RangeParams random_range(std::mt19937_64& random, const Box& box) {
             : diagonal * std::pow(10, std::uniform_real_distribution<double>(-3, -0.5)(random));
     range.min_factor = random() % 2 == 0 ? 1.0 / 3 : 0.01;
     range.max_factor = random() % 2 == 0 ? kInfinity : 8;
+    std::uniform_real_distribution<double> unit(0, 1);
+    range.slab = random() % 3 == 0 ? unit(random) : 0;
+    range.aspect = random() % 3 == 0 ? 1 + 3 * unit(random) : 1;
     return range;
 }
 
@@ -151,20 +161,25 @@ RangeParams random_range(std::mt19937_64& random, const Box& box) {
 std::vector<PointId> walk(const Ranked& ranked, const RangeParams& range) {
     struct Kept {
         Vec3 position;
-        double range;
+        Region region;
     };
+    const RegionShape shape(range);
     std::vector<Kept> kept;
     std::vector<PointId> ids;
     for (const RankedPoint& p : ranked.ordered) {
         const bool marked = std::any_of(kept.begin(), kept.end(), [&](const Kept& q) {
-            return squared_distance(p.position, q.position) <= q.range * q.range;
+            return squared_distance(p.position, q.position) <= q.region.reach * q.region.reach &&
+                   (shape.is_ball() || holds(q.region, shape, p.position - q.position));
         });
         if (marked) {
             continue;
         }
         const double wanted = p.key > 0 ? range.alpha * ranked.mean / p.key : kInfinity;
-        kept.push_back({p.position, std::min(std::max(wanted, range.alpha * range.min_factor),
-                                             range.alpha * range.max_factor)});
+        const double r = std::min(std::max(wanted, range.alpha * range.min_factor),
+                                  range.alpha * range.max_factor);
+        const double flatness =
+            p.frame.is_none() ? 1 : std::min(p.frame.frame().flatness, range.aspect);
+        kept.push_back({p.position, {r, r * std::sqrt(flatness), p.key, p.frame}});
         ids.push_back(p.id);
     }
     std::sort(ids.begin(), ids.end());

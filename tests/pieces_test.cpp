@@ -36,7 +36,7 @@ TEST(Pieces, HoldEachPointOnceInTheOrderThatItHadWithItsRange) {
             for (std::size_t i = 0; i < places.size(); ++i) {
                 const RankedPoint& point = points[places[i]];
                 EXPECT_EQ(pieces.points_of(piece)[i].position, point.position);
-                EXPECT_EQ(pieces.points_of(piece)[i].range, range.of(point.key));
+                EXPECT_EQ(pieces.points_of(piece)[i].reach, range.of(point.key));
                 box.extend(point.position);
                 ++met[places[i]];
             }

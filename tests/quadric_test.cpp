@@ -202,6 +202,71 @@ TEST(Quadric, IsTheSameForEverySetOfInstructions) {
     EXPECT_EQ(first.size(), 37U);
 }
 
+// Of z = (k1 x^2 + k2 y^2) / 2, turned, by the library.
+LocalFrame frame_of(std::mt19937_64& random, double k1, double k2, const Eigen::Quaterniond& turn) {
+    std::vector<Vec3> points =
+        patch(random, 40, [&](double x, double y) { return (k1 * x * x + k2 * y * y) / 2; });
+    for (Vec3& p : points) {
+        p = rotate(turn, p);
+    }
+    return CurvatureEstimator(kParams, 1, true).estimate(points).frame.frame();
+}
+
+double dot(const Vec3& a, const Vec3& b) {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+TEST(Quadric, HasTheFrameOfTheSurface) {
+    std::mt19937_64 random(21);
+    const double degree = std::numbers::pi / 180;
+    for (int round = 0; round < 500; ++round) {
+        const double k1 = uniform(random, -0.4, 0.4);
+        const double k2 = uniform(random, -0.4, 0.4);
+        const double ratio = std::sqrt(std::max(std::abs(k1 / k2), std::abs(k2 / k1)));
+        if (ratio < 1.3 || std::abs(k1 + k2) < 0.01) {
+            continue;  // no direction is flatter, or the normal may point either way
+        }
+        const Eigen::Quaterniond turn = random_turn(random);
+        const LocalFrame found = frame_of(random, k1, k2, turn);
+        const double up = k1 + k2 > 0 ? 1 : -1;
+        // What PackedFrame rounds.
+        EXPECT_GT(dot(found.normal, rotate(turn, {0, 0, up})), std::cos(1.01 * degree));
+        const Vec3 flattest =
+            rotate(turn, std::abs(k1) < std::abs(k2) ? Vec3{1, 0, 0} : Vec3{0, 1, 0});
+        EXPECT_GT(std::abs(dot(found.flattest, flattest)), std::cos(8.6 * degree));
+        EXPECT_NEAR(found.flatness, std::min(ratio, 4.0), 0.11);
+    }
+}
+
+TEST(Quadric, OfACylinderIsFlattestAlongIt) {
+    std::mt19937_64 random(22);
+    const LocalFrame found = frame_of(random, 0.3, 0, Eigen::Quaterniond::Identity());
+    EXPECT_EQ(found.flatness, 4);
+    EXPECT_GT(std::abs(found.flattest.y), std::cos(8.6 * std::numbers::pi / 180));
+}
+
+TEST(Fourier, HasTheFrameOfTheNeighbourhood) {
+    std::mt19937_64 random(23);
+    for (const double side : {1.0, -1.0}) {
+        const std::vector<Vec3> points =
+            patch(random, 60, [&](double x, double y) { return side * 0.15 * (x * x + y * y); });
+        const LocalFrame found =
+            CurvatureEstimator(CurvatureParams{}, 0.3, true).estimate(points).frame.frame();
+        EXPECT_GT(side * found.normal.z, 0.95) << "towards the side that the surface bends to";
+        EXPECT_EQ(found.flatness, 1);
+    }
+}
+
+TEST(Quadric, WithoutASurfaceHasNoFrame) {
+    const CurvatureEstimator estimator(kParams, 1, true);
+    EXPECT_TRUE(estimator.estimate(std::vector<Vec3>(5)).frame.is_none()) << "one place";
+    EXPECT_TRUE(estimator.estimate(std::vector<Vec3>{{0, 0, 0}, {1, 0, 0}}).frame.is_none());
+    EXPECT_TRUE(CurvatureEstimator(kParams, 1)
+                    .estimate(std::vector<Vec3>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 1}})
+                    .frame.is_none())
+        << "not asked for";
+}
+
 TEST(Quadric, OfPointsOnAPlaneALineOrInOnePlaceIsZero) {
     std::vector<Vec3> arc;
     for (int i = -10; i <= 10; ++i) {

@@ -15,7 +15,7 @@ namespace knap {
 namespace {
 
 bool same(const RankedPoint& a, const RankedPoint& b) {
-    return a.key == b.key && a.id == b.id && a.position == b.position;
+    return a.key == b.key && a.id == b.id && a.position == b.position && a.frame == b.frame;
 }
 
 bool same(const std::vector<RankedPoint>& a, const std::vector<RankedPoint>& b) {
@@ -25,7 +25,7 @@ bool same(const std::vector<RankedPoint>& a, const std::vector<RankedPoint>& b) 
 
 // Keys of any magnitude, many of them equal; in the method's order.
 std::vector<RankedPoint> random_points(std::mt19937_64& random, const SourceTable& table,
-                                       std::size_t count) {
+                                       std::size_t count, bool frames = false) {
     std::vector<RankedPoint> points(count);
     for (RankedPoint& point : points) {
         point.key = random() % 4 == 0 ? static_cast<double>(random() % 3)
@@ -33,6 +33,12 @@ std::vector<RankedPoint> random_points(std::mt19937_64& random, const SourceTabl
                                                    static_cast<int>(random() % 2000) - 1070);
         point.id = random() % table.points();
         point.position = test::random_position(random, table, table.source_of(point.id));
+        if (frames && random() % 8 != 0) {
+            point.frame =
+                PackedFrame(PackedFrame::Bytes{static_cast<std::uint8_t>(random() % 255),
+                                               static_cast<std::uint8_t>(random() % 255),
+                                               static_cast<std::uint8_t>(random() % 256)});
+        }
     }
     std::sort(points.begin(), points.end(),
               [](const RankedPoint& a, const RankedPoint& b) { return ranks_before(a, b); });
@@ -40,9 +46,9 @@ std::vector<RankedPoint> random_points(std::mt19937_64& random, const SourceTabl
 }
 
 void write(const std::filesystem::path& path, const SourceTable& table,
-           const std::vector<RankedPoint>& points, std::size_t block_points) {
+           const std::vector<RankedPoint>& points, std::size_t block_points, bool frames = false) {
     std::filesystem::remove(path);
-    RunWriter writer(path, table, block_points);
+    RunWriter writer(path, table, {.block_points = block_points, .frames = frames});
     for (const RankedPoint& point : points) {
         writer.add(point);
     }
@@ -77,9 +83,10 @@ TEST_F(RankedRun, GivesBackWhatWasWrittenForAnyBlockSizeAndTable) {
     for (int round = 0; round < 300; ++round) {
         const std::uint64_t most_ids = std::uint64_t{1} << (random_() % 40 + 1);
         const SourceTable table = test::random_table(random_, round % 2 == 0, most_ids);
-        const auto points = random_points(random_, table, random_() % 300);
+        const bool frames = random_() % 2 == 0;
+        const auto points = random_points(random_, table, random_() % 300, frames);
         const std::size_t block_points = 1 + random_() % 100;
-        write(path_, table, points, block_points);
+        write(path_, table, points, block_points, frames);
         ASSERT_TRUE(same(read(path_, table, block_points), points)) << "round " << round;
     }
 }
@@ -100,9 +107,9 @@ TEST_F(RankedRun, HoldsKeysFromZeroToInfinity) {
 TEST_F(RankedRun, ABitFlippedInABlockIsAnErrorAndInTheHeaderNeverChangesThePoints) {
     for (const bool wide : {false, true}) {
         const SourceTable table = test::random_table(random_, wide);
-        const auto points = random_points(random_, table, 7);
-        write(path_, table, points, 3);
-        constexpr std::size_t kHeaderSize = 24;
+        const auto points = random_points(random_, table, 7, wide);
+        write(path_, table, points, 3, wide);
+        constexpr std::size_t kHeaderSize = 28;
         test::with_each_bit_flipped(path_, [&](std::size_t at) {
             std::vector<RankedPoint> found;
             if (!test::refuses(path_, [&] { found = read(path_, table); })) {
@@ -111,6 +118,19 @@ TEST_F(RankedRun, ABitFlippedInABlockIsAnErrorAndInTheHeaderNeverChangesThePoint
             }
         });
     }
+}
+
+TEST_F(RankedRun, LeavesFramesOutUnlessTold) {
+    const SourceTable table = test::random_table(random_, false);
+    auto points = random_points(random_, table, 100, true);
+    write(path_, table, points, 16);
+    const std::uint64_t without = std::filesystem::file_size(path_);
+    for (RankedPoint& point : points) {
+        point.frame = PackedFrame();
+    }
+    EXPECT_TRUE(same(read(path_, table), points));
+    write(path_, table, points, 16, true);
+    EXPECT_EQ(std::filesystem::file_size(path_), without + 300);
 }
 
 TEST_F(RankedRun, CutAnywhereIsAnErrorNamingTheFile) {
@@ -129,12 +149,12 @@ TEST_F(RankedRun, OfAnotherTableOrMissingIsAnErrorNamingIt) {
     EXPECT_TRUE(test::refuses(path_, [&] { read(path_, wide); }));
     std::filesystem::remove(path_);
     const std::filesystem::path nowhere = folder_ / "none" / "000000.run";
-    EXPECT_TRUE(test::refuses(nowhere, [&] { RunWriter(nowhere, narrow, 3); }));
+    EXPECT_TRUE(test::refuses(nowhere, [&] { RunWriter(nowhere, narrow); }));
 }
 
 TEST_F(RankedRun, ThatIsNotFinishedLeavesNothing) {
     const SourceTable table = test::random_table(random_, false);
-    { RunWriter(path_, table, 3).add({1, 0, test::random_position(random_, table, 0)}); }
+    { RunWriter(path_, table).add({1, 0, test::random_position(random_, table, 0)}); }
     EXPECT_TRUE(std::filesystem::is_empty(folder_.path()));
 }
 

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 #include <random>
 
@@ -89,6 +91,53 @@ TEST(Simplify, RefusesDistancesThatOverflow) {
     SimplifyParams params;
     params.range.alpha = 1;
     EXPECT_THROW(simplify(cloud, params), InputError);
+}
+
+// Two equal arcs of 20 units, 1 unit apart in the middle, that meet in sharp edges; 12 units long.
+// Even places are above, odd ones below.
+std::vector<Vec3> blade(std::size_t points) {
+    constexpr double kRadius = 100.25;
+    std::mt19937_64 random(31);
+    std::uniform_real_distribution<double> along(0, 12);
+    std::uniform_real_distribution<double> across(-10, 10);
+    std::vector<Vec3> cloud(points);
+    for (std::size_t i = 0; i < points; ++i) {
+        const double x = across(random);
+        const double z = std::sqrt(kRadius * kRadius - x * x) - (kRadius - 0.5);
+        cloud[i] = {x, along(random), i % 2 == 0 ? z : -z};
+    }
+    return cloud;
+}
+
+// Points that no kept point of their own side stands within the largest range of.
+std::size_t in_holes(const std::vector<Vec3>& cloud, const SimplifyParams& params,
+                     double thinnest) {
+    const std::vector<PointId> kept = simplify(cloud, params).kept;
+    const double largest = params.range.alpha * params.range.max_factor;
+    std::size_t holes = 0;
+    for (std::size_t i = 0; i < cloud.size(); ++i) {
+        const bool held = std::any_of(kept.begin(), kept.end(), [&](PointId id) {
+            return id % 2 == i % 2 && squared_distance(cloud[id], cloud[i]) <= largest * largest;
+        });
+        holes += !held && 2 * std::abs(cloud[i].z) > thinnest ? 1 : 0;
+    }
+    return holes;
+}
+
+TEST(Simplify, WithASlabLeavesNoHoleOnEitherSideOfABlade) {
+    const std::vector<Vec3> cloud = blade(12000);
+    SimplifyParams params;
+    params.range.alpha = 0.3;
+    for (const Estimator estimator : {Estimator::kFourier, Estimator::kQuadric}) {
+        params.curvature.estimator = estimator;
+        params.range.slab = 0;
+        EXPECT_GT(in_holes(cloud, params, 0), 100U) << "ranges reach through the blade";
+        params.range.slab = 0.1;
+        // Thinner than the slab of the largest range, and of what the surface bends in it, one side
+        // may stand for the other.
+        const double largest = params.range.alpha * params.range.max_factor;
+        EXPECT_EQ(in_holes(cloud, params, 2 * params.range.slab * largest), 0U);
+    }
 }
 
 }  // namespace

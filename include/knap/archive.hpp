@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "knap/export.hpp"
 #include "knap/geometry.hpp"
 #include "knap/job.hpp"
 
@@ -75,7 +76,7 @@ struct Verification {
 };
 
 /// A finished archive on disk.
-class Archive {
+class KNAP_API Archive {
   public:
     /// @throws InputError if the folder has no manifest, or it is malformed or of a newer version
     explicit Archive(const std::filesystem::path& folder);

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "knap/export.hpp"
 #include "knap/geometry.hpp"
 #include "knap/params.hpp"
 #include "knap/source.hpp"
@@ -66,7 +67,7 @@ struct Forecast {
 
 /// Watches a job. Methods may be called from any thread, one at a time.
 /// An exception thrown here stops the job and reaches its caller.
-class Progress {
+class KNAP_API Progress {
   public:
     virtual ~Progress() = default;
     /// @param total  points that the stage will handle; 0 if not known
@@ -82,11 +83,11 @@ class Progress {
 ///
 /// The output is the same, byte for byte, whatever `job.resources` says.
 /// @throws ConfigError, InputError, StorageError; the output then does not exist
-Report run(const Job& job, Progress& progress);
+KNAP_API Report run(const Job& job, Progress& progress);
 
 /// Surveys the sources and plans the bricks; writes nothing but a scratch folder that is gone
 /// after.
 /// @throws ConfigError, InputError, StorageError
-Forecast forecast(const Job& job, Progress& progress);
+KNAP_API Forecast forecast(const Job& job, Progress& progress);
 
 }  // namespace knap

@@ -10,6 +10,8 @@
 #include <variant>
 #include <vector>
 
+#include "knap/export.hpp"
+
 namespace knap {
 
 /// Where mean curvature is read from (method section 2).
@@ -49,6 +51,12 @@ struct RangeParams {
     std::uint64_t count = 0;      ///< points to keep, within 1 %
     double min_factor = 1.0 / 3;  ///< smallest range / alpha, (0, 1]
     double max_factor = 8.0;      ///< largest range / alpha, >= 1, may be infinite
+    /// A point stands only for points within a slab about its osculating surface, so that the far
+    /// side of a thin object is left: half the slab's thickness / range, [0, 10]; 0: no slab.
+    double slab = 0;
+    /// Most by which the region that a point stands for is longer along the direction in which the
+    /// surface bends least than across it, at equal area, [1, 4]; 1: balls. Needs the quadric.
+    double aspect = 1;
     /// Share of the kept points that are not found by walking ranges, but added where the surface
     /// through the others is farthest away, [0, 0.9]. With a tolerance as many are added as it
     /// takes.
@@ -104,7 +112,7 @@ inline constexpr const char* kStandardInput = "-";
 /// Sets curvature and range, all but the target, to what a name stands for: "paper" is the method
 /// as published; "accurate" comes closest to the surface, see docs/quality.md.
 /// @throws ConfigError if there is no such preset
-void apply_preset(Job& job, std::string_view name);
+KNAP_API void apply_preset(Job& job, std::string_view name);
 
 /// A size, which takes suffixes KiB, MiB, GiB, TiB.
 struct Bytes {
@@ -120,7 +128,7 @@ struct Choice {
 
     std::string_view chosen() const { return names[get(value)]; }
     /// False if there is no such name.
-    bool choose(std::string_view name) const;
+    KNAP_API bool choose(std::string_view name) const;
 };
 
 /// A pointer to one field of a Job.
@@ -144,17 +152,17 @@ struct Parameter {
 };
 
 /// Every parameter once, in the order of the job file.
-std::span<const Parameter> parameters();
+KNAP_API std::span<const Parameter> parameters();
 
 /// Checks the value of one parameter against its range; whether it was given at all is not asked.
 /// @throws ConfigError naming the key, its value and the range
-void validate(const Parameter& parameter, const Job& job);
+KNAP_API void validate(const Parameter& parameter, const Job& job);
 
 /// Checks a job against the table: every required parameter is there, every value in its range.
 /// @throws ConfigError naming the first key out of range, its value and the range
-void validate(const Job& job);
+KNAP_API void validate(const Job& job);
 
 /// The value of a parameter as a job file would write it.
-std::string format_value(const Parameter& parameter, const Job& job);
+KNAP_API std::string format_value(const Parameter& parameter, const Job& job);
 
 }  // namespace knap

@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "knap/export.hpp"
 #include "knap/geometry.hpp"
 #include "knap/job.hpp"
 #include "knap/params.hpp"
@@ -30,6 +31,6 @@ struct SimplifyResult {
 /// @throws ConfigError if a parameter is out of range
 /// @note the same for any thread count
 /// @see Yang, Matsuyama, Konno, Tokuyama 2015
-SimplifyResult simplify(std::span<const Vec3> points, const SimplifyParams& params);
+KNAP_API SimplifyResult simplify(std::span<const Vec3> points, const SimplifyParams& params);
 
 }  // namespace knap

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "knap/export.hpp"
 #include "knap/geometry.hpp"
 
 namespace knap {
@@ -31,10 +32,10 @@ enum class ScalarType {
 };
 
 /// Name of a scalar type as the manifest and `knap info` write it: "int8" .. "float64".
-const char* to_string(ScalarType type);
+KNAP_API const char* to_string(ScalarType type);
 
 /// Bytes of one value.
-std::size_t size_of(ScalarType type);
+KNAP_API std::size_t size_of(ScalarType type);
 
 /// One column of a source's schema. A stored value v means v * scale + offset.
 struct Attribute {
@@ -147,7 +148,7 @@ struct SourceInfo {
 };
 
 /// Indices in the schema of all columns that PointSource::select() takes: all but coordinates.
-std::vector<std::size_t> attributes_of(const SourceInfo& info);
+KNAP_API std::vector<std::size_t> attributes_of(const SourceInfo& info);
 
 /// Consecutive points of one source.
 struct Chunk {
@@ -160,7 +161,7 @@ struct Chunk {
 };
 
 /// A pull stream of points. Not thread-safe; open one per thread, as many as wanted on one file.
-class PointSource {
+class KNAP_API PointSource {
   public:
     virtual ~PointSource() = default;
 
@@ -189,14 +190,14 @@ class PointSource {
 /// PLY, LAS, LAZ (COPC as LAZ), PCD, Draco, XYZ, CSV, TXT, PTS; PLY and text behind gzip; a knap
 /// archive, by its folder or its manifest.json.
 /// @throws InputError if the file is missing, unreadable, empty or of no known format
-std::unique_ptr<PointSource> open_source(const std::filesystem::path& path);
+KNAP_API std::unique_ptr<PointSource> open_source(const std::filesystem::path& path);
 
 /// Files, folders and globs as one list of files: entries in the order given; inside a folder
 /// (recursively) or glob sorted by path. Files of a folder that are no point clouds, or of formats
 /// that open_source() does not read, are left out.
 /// @param left_out  gets the visible files of folders that are not taken, sorted; may be null
 /// @throws InputError if an entry matches nothing, or a folder has no point cloud
-std::vector<std::filesystem::path> expand_sources(
+KNAP_API std::vector<std::filesystem::path> expand_sources(
     const std::vector<std::string>& patterns,
     std::vector<std::filesystem::path>* left_out = nullptr);
 

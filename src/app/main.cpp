@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "app/commands.hpp"
 #include "app/format.hpp"
+#include "app/program.hpp"
 #include "app/suggest.hpp"
 #include "knap/error.hpp"
 
@@ -20,22 +20,6 @@ constexpr int kDone = 0;
 constexpr int kUserError = 1;
 constexpr int kMachineError = 2;
 constexpr int kInterrupted = 130;
-
-constexpr const char* kAbout =
-    "knap: feature-preserving simplification of point clouds of any size.\n"
-    "Keeps the points that carry the shape (ridges, edges, corners), drops those that a neighbour\n"
-    "can stand for, and writes Draco. The archive never has to fit in memory.";
-
-constexpr const char* kExamples =
-    "Start here:\n"
-    "  knap synth flake --points 1000000 -o flake.ply    a cloud to try things on\n"
-    "  knap info flake.ply                               what is in a file\n"
-    "  knap simplify flake.ply -o flake --alpha 0.25     simplify it into an archive\n"
-    "  knap verify flake                                 check the archive\n"
-    "  knap decode flake -o small.ply                    back to an ordinary file\n"
-    "  knap COMMAND --help                               flags, units, ranges, defaults\n\n"
-    "Results go to standard output, everything else to standard error. Exit status: 0 done, 1 the\n"
-    "input or the parameters are wrong, 2 the machine failed (disk, memory), 130 interrupted.";
 
 /// A flag that the command does not have, with the one that was probably meant.
 [[noreturn]] void fail_on_extra(const CLI::App& parser, const std::string& extra) {
@@ -92,22 +76,11 @@ void flush_results() {
 }
 
 void run_command(int argc, char** argv) {
-    CLI::App root(kAbout, "knap");
-    root.set_version_flag("--version", "knap " KNAP_VERSION);
-    root.footer(kExamples);
-    root.allow_extras();
-    root.require_subcommand(0, 1);
-    const std::vector<Command> commands{
-        knap::app::add_run(root),      knap::app::add_simplify(root), knap::app::add_plan(root),
-        knap::app::add_info(root),     knap::app::add_decode(root),   knap::app::add_verify(root),
-        knap::app::add_evaluate(root), knap::app::add_synth(root),
-    };
-    for (const Command& command : commands) {
-        command.parser->allow_extras();
-    }
+    const knap::app::Program program = knap::app::make_program();
+    CLI::App& root = *program.root;
     try {
         root.parse(argc, argv);
-        chosen(root, commands).run();
+        chosen(root, program.commands).run();
     } catch (const CLI::Success& help_or_version) {
         root.exit(help_or_version);
     }

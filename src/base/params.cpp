@@ -147,6 +147,25 @@ constexpr std::array kParameters{
               .high = kInfinity,
               .in_result = true,
               .field = [](Job& job) -> ParameterField { return &job.range.max_factor; }},
+    Parameter{.key = "range.slab",
+              .flag = "--slab",
+              .unit = "",
+              .range = "0 .. 10",
+              .help = "a point stands only for points so near its osculating surface, over its "
+                      "radius; 0: any",
+              .low = 0,
+              .high = 10,
+              .in_result = true,
+              .field = [](Job& job) -> ParameterField { return &job.range.slab; }},
+    Parameter{.key = "range.aspect",
+              .flag = "--aspect",
+              .unit = "",
+              .range = "1 .. 4",
+              .help = "most by which what a point stands for is longer than wide (quadric)",
+              .low = 1,
+              .high = 4,
+              .in_result = true,
+              .field = [](Job& job) -> ParameterField { return &job.range.aspect; }},
     Parameter{.key = "range.repair",
               .flag = "--repair",
               .unit = "",
@@ -298,27 +317,6 @@ bool is_missing(const ParameterField& field) {
 
 }  // namespace
 
-void apply_preset(Job& job, std::string_view name) {
-    RangeParams range = job.range;
-    if (name == "paper") {
-        job.curvature = CurvatureParams{};
-        range.law = RangeLawKind::kReciprocal;
-        range.min_factor = 1.0 / 3;
-        range.max_factor = kInfinity;
-        range.repair = 0;
-    } else if (name == "accurate") {
-        job.curvature = {
-            .estimator = Estimator::kQuadric, .neighbours = 20, .discount_noise = true};
-        range.law = RangeLawKind::kChord;
-        range.min_factor = 0.01;
-        range.max_factor = 3;
-        range.repair = 0.3;
-    } else {
-        throw ConfigError(fmt::format("--preset: expected paper or accurate, found \"{}\"", name));
-    }
-    job.range = range;
-}
-
 bool Choice::choose(std::string_view name) const {
     const auto found = std::find(names.begin(), names.end(), name);
     if (found == names.end()) {
@@ -393,6 +391,11 @@ void validate(const Job& job) {
         throw ConfigError(
             "curvature.discount_noise (--discount-noise): expected curvature.estimator = quadric, "
             "found fourier");
+    }
+    if (job.range.aspect > 1 && job.curvature.estimator != Estimator::kQuadric) {
+        throw ConfigError(
+            "range.aspect (--aspect): above 1 expected curvature.estimator = quadric, found "
+            "fourier");
     }
     if (job.range.tolerance > 0 &&
         (job.curvature.estimator != Estimator::kQuadric || job.range.law != RangeLawKind::kChord)) {

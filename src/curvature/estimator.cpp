@@ -1,11 +1,16 @@
 #include "curvature/estimator.hpp"
 
+#include <cmath>
+
+#include "curvature/tangent_frame.hpp"
+
 namespace knap {
 
 std::span<const double> CurvatureEstimator::mean_curvatures(const Neighbourhoods& neighbourhoods,
                                                             Work& work) const {
     constexpr std::size_t kSmallest = 4;
     work.curvatures.assign(neighbourhoods.count, 0);
+    work.frames.assign(frames_ ? neighbourhoods.count : 0, PackedFrame());
     if (neighbourhoods.size < kSmallest || series_.samples == 0) {
         return work.curvatures;
     }
@@ -19,10 +24,28 @@ std::span<const double> CurvatureEstimator::mean_curvatures(const Neighbourhoods
             mean_curvatures_of(work.quadrics, work.axes, discount_noise_, work.curvatures);
             break;
     }
+    if (frames_) {
+        find_frames(neighbourhoods.count, work);
+    }
+    for (double& curvature : work.curvatures) {
+        curvature = std::abs(curvature);
+    }
     return work.curvatures;
 }
 
-double CurvatureEstimator::mean_curvature(std::span<const Vec3> neighbourhood) const {
+void CurvatureEstimator::find_frames(std::size_t count, Work& work) const {
+    for (std::size_t i = 0; i < count; ++i) {
+        if (!(work.axes.largest[i] > 0)) {
+            continue;
+        }
+        work.frames[i] = PackedFrame(estimator_ == Estimator::kQuadric
+                                         ? tangent_frame(work.quadrics, work.axes, i)
+                                         : tangent_frame(work.curvatures[i], work.axes, i));
+    }
+}
+
+CurvatureEstimator::Estimate CurvatureEstimator::estimate(
+    std::span<const Vec3> neighbourhood) const {
     Neighbourhoods alone;
     alone.resize(1, neighbourhood.size());
     for (std::size_t i = 0; i < neighbourhood.size(); ++i) {
@@ -31,7 +54,8 @@ double CurvatureEstimator::mean_curvature(std::span<const Vec3> neighbourhood) c
         alone.z[i] = neighbourhood[i].z - neighbourhood[0].z;
     }
     Work work;
-    return mean_curvatures(alone, work).front();
+    const double curvature = mean_curvatures(alone, work).front();
+    return {curvature, frames_ ? work.frames.front() : PackedFrame()};
 }
 
 }  // namespace knap

@@ -293,7 +293,6 @@ HWY_ATTR void quadric_curvatures(const Quadrics& quadrics, std::size_t count, bo
                         hn::Set(kDoubles, kBestDeviation));
             h = hn::Div(h, hn::Add(one, hn::Mul(off, off)));
         }
-        h = hn::Abs(h);
         HWY_ALIGN Lanes found;
         hn::Store(hn::IfThenElse(hn::IsFinite(h), h, zero), kDoubles, found.data());
         std::copy_n(found.begin(), std::min(lanes, count - i), result + i);

@@ -32,14 +32,16 @@ struct Quadrics {
 void fit_quadrics(const Neighbourhoods& neighbourhoods, const PrincipalAxes& axes,
                   Quadrics& result);
 
-/// The absolute mean curvature of a quadric at x = y = 0 (do Carmo 1976, section 3-3):
+/// The mean curvature of a quadric at x = y = 0 (do Carmo 1976, section 3-3):
 ///
 ///     H = ((1 + e^2) 2a - 2 d e b + (1 + d^2) 2c) / (2 (1 + d^2 + e^2)^(3/2))
 ///
 /// @param discounted  divide it by 1 + (t - 1/2)^2, where the point lies t standard deviations off
 ///                    the quadric, on the convex side if t > 0: of points on one noisy surface,
 ///                    those come first that lie on it, or slightly outside, as chords cut inside
-/// @param result      one value a neighbourhood, 1 / cloud unit, finite, >= 0; 0 without extent
+/// @param result      one value a neighbourhood, 1 / cloud unit, finite; > 0 where the quadric
+/// bends
+///                    towards PrincipalAxes::kNormal; 0 without extent
 void mean_curvatures_of(const Quadrics& quadrics, const PrincipalAxes& axes, bool discounted,
                         std::span<double> result);
 

@@ -228,7 +228,7 @@ HWY_ATTR void mean_curvatures(const FourierSeries& series, const Neighbourhoods&
                                      hn::Set(kIndices, static_cast<std::int64_t>(heights.stride)));
         const Doubles sum = hn::Add(curvature_of(series, heights.x.data(), rows),
                                     curvature_of(series, heights.y.data(), rows));
-        const Doubles h = hn::Abs(hn::Div(sum, hn::Set(kDoubles, 2.0)));
+        const Doubles h = hn::Div(sum, hn::Set(kDoubles, 2.0));
         HWY_ALIGN std::array<double, Neighbourhoods::kPadding> found;
         hn::Store(hn::IfThenElse(hn::IsFinite(h), h, zero), kDoubles, found.data());
         std::copy_n(found.begin(), std::min(lanes, of.count - i), result + i);

@@ -21,13 +21,14 @@ struct SectionHeights {
     void resize(std::size_t count, std::size_t samples);
 };
 
-/// |H| = |kappa_x + kappa_y| / 2 of each neighbourhood (method section 2): the surface's heights
+/// H = (kappa_x + kappa_y) / 2 of each neighbourhood (method section 2): the surface's heights
 /// at the samples along both axes, and the curvature of their series.
 ///
 /// In each quadrant around a sample the nearest point counts; of equally near ones the lowest. So
 /// the order of a neighbourhood's points does not matter. Which instructions are used makes no
 /// difference to the result.
-/// @param result  one value a neighbourhood, 1 / cloud unit, finite, >= 0; 0 without extent
+/// @param result  one value a neighbourhood, 1 / cloud unit, finite; > 0 where the surface bends
+///                towards PrincipalAxes::kNormal; 0 without extent
 void find_mean_curvatures(const FourierSeries& series, const Neighbourhoods& neighbourhoods,
                           const PrincipalAxes& axes, SectionHeights& heights,
                           std::span<double> result);

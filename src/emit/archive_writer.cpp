@@ -92,10 +92,10 @@ void ArchiveWriter::write_tiles(std::span<const TileSpan> plan, const GetContent
                                 std::uint64_t memory_bytes) {
     const std::size_t first = manifest_.tiles.size();
     manifest_.tiles.resize(first + plan.size());
-    if (!coding_ && !plan.empty()) {
-        coding_ = choose_coding(plan.front(), content);
-    }
     MemoryGate gate(memory_bytes);
+    if (!coding_ && !plan.empty()) {
+        coding_ = choose_coding(plan.front(), content, gate);
+    }
     run_tasks(plan.size(), output_.threads, [&](std::size_t i) {
         output_.poll();
         const auto ticket = gate.admit(encode_memory_bytes(plan[i].count, format_.attributes));
@@ -134,16 +134,18 @@ ManifestTile ArchiveWriter::write_tile(std::size_t number, const TileSpan& span,
 }
 
 // By the first tile, which is the same in every run of a job.
-TileCoding ArchiveWriter::choose_coding(const TileSpan& first, const GetContent& content) const {
+TileCoding ArchiveWriter::choose_coding(const TileSpan& first, const GetContent& content,
+                                        MemoryGate& gate) const {
     const Content points = content(first);
     const std::vector<TileCoding> ways = codings(output_.encoding, format_.attributes);
     if (ways.size() == 1) {
         return ways.front();
     }
     std::vector<std::size_t> bytes(ways.size());
-    for (std::size_t i = 0; i < ways.size(); ++i) {
-        bytes[i] = encode_tile(points.tile, format_, ways[i]).size();
-    }
+    run_tasks(ways.size(), output_.threads, [&](std::size_t i) {
+        const auto ticket = gate.admit(encode_memory_bytes(first.count, format_.attributes));
+        bytes[i] = encoded_size(points.tile, format_, ways[i]);
+    });
     const auto smallest = std::min_element(bytes.begin(), bytes.end()) - bytes.begin();
     return ways[static_cast<std::size_t>(smallest)];
 }

@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "base/memory_gate.hpp"
 #include "emit/draco_tile.hpp"
 #include "emit/lattice.hpp"
 #include "emit/output_folder.hpp"
@@ -75,7 +76,8 @@ class ArchiveWriter {
     ManifestTile tile(std::size_t number, const TileSpan& span, const GetContent& content) const;
     ManifestTile write_tile(std::size_t number, const TileSpan& span,
                             const GetContent& content) const;
-    TileCoding choose_coding(const TileSpan& first, const GetContent& content) const;
+    TileCoding choose_coding(const TileSpan& first, const GetContent& content,
+                             MemoryGate& gate) const;
 
     Manifest manifest_;
     TileFormat format_;

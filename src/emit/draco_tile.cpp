@@ -279,6 +279,9 @@ Fingerprint fingerprint(const DecodedTile& tile, std::span<const Attribute> attr
 
 std::vector<std::byte> encode_tile(const TilePoints& tile, const TileFormat& format,
                                    TileCoding coding) {
+    if (tile.points.empty()) {  // Draco cannot decode a sequential file of none
+        coding = TileCoding::kKdTree;
+    }
     const std::vector<std::size_t> order = coding_order(tile.points, tile.origin, coding);
     std::vector<std::byte> bytes = encode(tile, order, format, coding);
     const DecodedTile decoded = decode_tile(bytes, "tile just encoded");
@@ -292,6 +295,10 @@ std::vector<std::byte> encode_tile(const TilePoints& tile, const TileFormat& for
             tile.points.size(), tile.origin[0], tile.origin[1], tile.origin[2]));
     }
     return bytes;
+}
+
+std::size_t encoded_size(const TilePoints& tile, const TileFormat& format, TileCoding coding) {
+    return encode(tile, coding_order(tile.points, tile.origin, coding), format, coding).size();
 }
 
 std::vector<std::byte> encode_smallest(const TilePoints& tile, const TileFormat& format,
@@ -343,8 +350,8 @@ DecodedTile on_lattice(DracoCloud cloud, const std::filesystem::path& file) {
 }
 
 std::uint64_t encode_memory_bytes(std::uint64_t points, std::span<const Attribute> attributes) {
-    // Floats, quantised integers and Draco's working copy both ways, the decoded points; where there
-    // are attributes, the points and rows put in order; of each attribute its bytes there, in
+    // Floats, quantised integers and Draco's working copy both ways, the decoded points; where
+    // there are attributes, the points and rows put in order; of each attribute its bytes there, in
     // Draco's cloud, in what is decoded, and in columns, and four integers of 32 bits for each
     // number that Draco codes.
     std::uint64_t point = attributes.empty() ? 160 : 160 + 48;

@@ -46,6 +46,10 @@ struct DecodedTile {
 std::vector<std::byte> encode_tile(const TilePoints& tile, const TileFormat& format,
                                    TileCoding coding);
 
+/// Bytes that encode_tile() would give.
+/// @throws StorageError if Draco fails
+std::size_t encoded_size(const TilePoints& tile, const TileFormat& format, TileCoding coding);
+
 /// Encodes in each way that an encoding may stand for, and gives the smallest.
 std::vector<std::byte> encode_smallest(const TilePoints& tile, const TileFormat& format,
                                        TileEncoding encoding);

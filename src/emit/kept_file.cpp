@@ -43,7 +43,7 @@ void KeptFile::remove() const {
 
 KeptFileWriter::KeptFileWriter(std::filesystem::path path, const SourceTable& table,
                                const Lattice& lattice, std::size_t row_size)
-    : lattice_(lattice), run_(path, table, kMostBlockPoints) {
+    : lattice_(lattice), run_(path, table) {
     file_.path = std::move(path);
     file_.row_size = row_size;
     if (row_size > 0) {

@@ -53,7 +53,7 @@ std::size_t bucket_of(const Cell& cell, std::size_t buckets) {
 
 }  // namespace
 
-Coverage::Coverage(const Box& box) : box_(box) {
+Coverage::Coverage(const Box& box, const RegionShape& shape) : box_(box), shape_(shape) {
     if (!box.empty()) {
         for (const Vec3& corner : {box.min, box.max}) {
             smallest_cell_ =
@@ -64,16 +64,28 @@ Coverage::Coverage(const Box& box) : box_(box) {
 }
 
 void Coverage::add(const Vec3& centre, double range) {
+    add_ball(centre, range);
+}
+
+void Coverage::add(const Vec3& centre, const Region& region) {
+    if (!shape_.is_ball()) {
+        regions_.push_back(region);
+    }
+    add_ball(centre, region.reach);
+}
+
+void Coverage::add_ball(const Vec3& centre, double reach) {
     const auto index = static_cast<std::uint32_t>(centres_.size());
-    const Centre added{centre, range * range};
-    centres_.push_back(added);
     const Vec3 size = box_.size();
-    const double diagonal_squared = size.x * size.x + size.y * size.y + size.z * size.z;
-    if (added.squared_range >= diagonal_squared * kPadding) {
+    const double all_squared = (size.x * size.x + size.y * size.y + size.z * size.z) * kPadding;
+    if (reach * reach >= all_squared && shape_.is_ball()) {
+        centres_.push_back({centre, reach * reach});
         everything_ = true;
         return;
     }
-    Level& level = level_for(range);
+    // No cell need be larger than what reaches everything.
+    centres_.push_back({centre, std::min(reach * reach, all_squared)});
+    Level& level = level_for(std::min(reach, std::sqrt(all_squared)));
     level.members.push_back(index);
     if (level.entries >= level.heads.size() * kEntriesPerBucket) {
         grow(level);
@@ -82,10 +94,10 @@ void Coverage::add(const Vec3& centre, double range) {
     }
 }
 
-Coverage::Level& Coverage::level_for(double range) {
-    // range = f * 2^e with f in [0.5, 1), so cells of 2^(e + 1) are 2 to 4 ranges wide.
+Coverage::Level& Coverage::level_for(double reach) {
+    // reach = f * 2^e with f in [0.5, 1), so cells of 2^(e + 1) are 2 to 4 reaches wide.
     int exponent = 0;
-    std::frexp(std::max(range, smallest_cell_ / 2), &exponent);
+    std::frexp(std::max(reach, smallest_cell_ / 2), &exponent);
     // The inverse of every power of two down to this one is a power of two as well.
     const double cells_per_unit = std::ldexp(1.0, -std::max(exponent + 1, kSmallestExponent));
     const auto known = std::find_if(levels_.begin(), levels_.end(), [&](const Level& level) {
@@ -103,7 +115,7 @@ Coverage::Level& Coverage::level_for(double range) {
 
 void Coverage::insert(Level& level, std::uint32_t centre) const {
     const Vec3& p = centres_[centre].position;
-    const double reach = std::sqrt(centres_[centre].squared_range) * kPadding;
+    const double reach = std::sqrt(centres_[centre].squared_reach) * kPadding;
     const auto padded = [&](double c) { return reach + std::abs(c) * kRounding; };
     const Cell low =
         cell_of({p.x - padded(p.x), p.y - padded(p.y), p.z - padded(p.z)}, level.cells_per_unit);
@@ -145,8 +157,10 @@ bool Coverage::marks(const Vec3& p) const {
         for (std::uint32_t at = level.heads[bucket]; at != 0; at = level.blocks[at - 1].next) {
             const Block& block = level.blocks[at - 1];
             for (std::uint32_t i = 0; i < block.count; ++i) {
-                const Centre& centre = centres_[block.centres[i]];
-                if (squared_distance(p, centre.position) <= centre.squared_range) {
+                const std::uint32_t index = block.centres[i];
+                const Centre& centre = centres_[index];
+                if (squared_distance(p, centre.position) <= centre.squared_reach &&
+                    (regions_.empty() || holds(regions_[index], shape_, p - centre.position))) {
                     return true;
                 }
             }
@@ -156,7 +170,8 @@ bool Coverage::marks(const Vec3& p) const {
 }
 
 std::uint64_t Coverage::memory_bytes() const {
-    std::uint64_t bytes = centres_.capacity() * sizeof(Centre);
+    std::uint64_t bytes =
+        centres_.capacity() * sizeof(Centre) + regions_.capacity() * sizeof(Region);
     for (const Level& level : levels_) {
         bytes += (level.members.capacity() + level.heads.capacity()) * sizeof(std::uint32_t) +
                  level.blocks.capacity() * sizeof(Block);

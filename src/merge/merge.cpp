@@ -102,10 +102,10 @@ class Merger {
         return points;
     }
 
-    // Of the other parts that a ball of this one could touch. The last range is the largest.
+    // Of the other parts that a region of this one could touch. The last one reaches farthest.
     std::vector<Box> boxes_in_reach(std::size_t i, const std::vector<RankedPoint>& points) const {
         std::vector<Box> near;
-        const double reach = points.empty() ? 0 : range_.of(points.back().key);
+        const double reach = points.empty() ? 0 : range_.reach(points.back().key);
         for (std::size_t other = 0; other < boxes_.size(); ++other) {
             if (other != i && boxes_[i].squared_distance_to(boxes_[other]) <= reach * reach) {
                 near.push_back(boxes_[other]);

@@ -120,7 +120,7 @@ Pieces cut_into_pieces(std::span<const RankedPoint> points, const RangeLaw& rang
     result.places.resize(points.size());
     each([&](std::size_t i, std::span<Share> own) {
         const std::size_t to = own[piece_of[i]].begin++;
-        result.points[to] = {points[i].position, range.of(points[i].key)};
+        result.points[to] = {points[i].position, range.reach(points[i].key)};
         result.places[to] = static_cast<std::uint32_t>(i);
     });
     return result;

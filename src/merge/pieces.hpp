@@ -11,10 +11,10 @@
 
 namespace knap {
 
-/// A point with the radius that it stands for if it is kept.
+/// A point with the radius beyond which it stands for nothing if it is kept.
 struct RangedPoint {
     Vec3 position;
-    double range = 0;  ///< > 0, cloud units; may be infinite
+    double reach = 0;  ///< > 0, cloud units; may be infinite
 };
 
 /// Points cut into pieces of near ones, each in the order that they had.

@@ -26,4 +26,17 @@ double RangeLaw::of(double curvature) const {
     return std::clamp(range, smallest, largest);
 }
 
+double RangeLaw::reach(double curvature) const {
+    return of(curvature) * std::sqrt(shape_.aspect);
+}
+
+Region RangeLaw::region(const RankedPoint& point) const {
+    const double range = of(point.key);
+    if (point.frame.is_none()) {
+        return {range, range, point.key, point.frame};
+    }
+    const double flatness = std::min(point.frame.frame().flatness, shape_.aspect);
+    return {range, range * std::sqrt(flatness), point.key, point.frame};
+}
+
 }  // namespace knap

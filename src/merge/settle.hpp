@@ -19,9 +19,9 @@ enum class Fate : std::uint8_t {
 
 /// Decides every point of a part that no point outside the part can change (method section 4).
 ///
-/// A point can be marked only by points that come before it, whose ranges are no larger than its
-/// own. So a point whose ball touches nothing outside is kept if nothing inside marks it, and, by
-/// the same argument, marks nothing outside. What is left open depends only on what other parts
+/// A point can be marked only by points that come before it, which reach no farther than it does.
+/// So a point whose reach touches nothing outside is kept if nothing inside marks it, and, by the
+/// same argument, marks nothing outside. What is left open depends only on what other parts
 /// leave open: walking the open points of all parts settles the archive.
 ///
 /// The part itself is cut into pieces that fit the cache; what they leave open is walked once more

@@ -68,12 +68,12 @@ void find_survivors(Batch& batch, const Coverage& coverage, const Box& box) {
 // Walks the survivors in the method's order. What was kept before does not mark them, so that only
 // those of the batch itself have to be asked. Returns the kept ones place by place.
 std::vector<RankedPoint> keep_of(const Batch& batch, const Box& box, const RangeLaw& range) {
-    Coverage fresh(box);
+    Coverage fresh(box, range.shape());
     std::vector<std::uint8_t> keeps(batch.points.size());
     for (std::size_t i = 0; i < batch.points.size(); ++i) {
         const RankedPoint& point = batch.points[i];
         if (batch.survives[i] != 0 && !fresh.marks(point.position)) {
-            fresh.add(point.position, range.of(point.key));
+            fresh.add(point.position, range.region(point));
             keeps[i] = 1;
         }
     }
@@ -103,7 +103,7 @@ void walk_streams(std::vector<std::unique_ptr<RankedStream>> streams, const Merg
                   const std::function<void(std::uint64_t)>& advance) {
     MergedStream merged(std::move(streams));
     const RangeLaw range(request.range, request.mean_curvature);
-    Coverage coverage(request.box);
+    Coverage coverage(request.box, range.shape());
     Batch batch;
     Batch next;
     std::uint64_t done = 0;
@@ -117,7 +117,7 @@ void walk_streams(std::vector<std::unique_ptr<RankedStream>> streams, const Merg
                       [&] { find_survivors(batch, coverage, request.box); });
         std::vector<RankedPoint> kept = keep_of(batch, request.box, range);
         for (const RankedPoint& point : kept) {
-            coverage.add(point.position, range.of(point.key));
+            coverage.add(point.position, range.region(point));
         }
         check_memory(coverage, request.budget_bytes);
         std::sort(kept.begin(), kept.end(),

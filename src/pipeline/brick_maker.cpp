@@ -40,12 +40,13 @@ CorePoints read_range(const SourceTable& table, const SourceRange& range) {
 
 BrickMaker::BrickMaker(const SourceTable& table, const BrickPlan& plan,
                        const std::vector<BrickFile>& bricks, std::filesystem::path folder,
-                       const CurvatureParams& curvature, int threads, Note note)
+                       const CurvatureParams& curvature, bool frames, int threads, Note note)
     : table_(table),
       plan_(plan),
       bricks_(bricks),
       folder_(std::move(folder)),
       curvature_(curvature),
+      frames_(frames),
       threads_(threads),
       note_(std::move(note)) {}
 
@@ -59,7 +60,7 @@ std::vector<RankedPoint> BrickMaker::rank(std::size_t brick, double spacing,
     const std::scoped_lock lock(mutex_);
     scatter_one(brick, why);
     std::vector<RankedPoint> points =
-        rank_again(table_, bricks_[brick], curvature_, spacing, sources());
+        rank_again(table_, bricks_[brick], curvature_, frames_, spacing, sources());
     std::filesystem::remove(bricks_[brick].path);
     return points;
 }

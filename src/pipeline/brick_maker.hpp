@@ -24,10 +24,11 @@ class BrickMaker {
     using Note = std::function<void(const std::string&)>;
 
     /// @param folder  of the brick files
+    /// @param frames  of the points too
     /// All references must outlive the object.
     BrickMaker(const SourceTable& table, const BrickPlan& plan,
                const std::vector<BrickFile>& bricks, std::filesystem::path folder,
-               const CurvatureParams& curvature, int threads, Note note);
+               const CurvatureParams& curvature, bool frames, int threads, Note note);
 
     /// The brick file.
     void scatter(std::size_t brick, const std::string& why);
@@ -45,6 +46,7 @@ class BrickMaker {
     const std::vector<BrickFile>& bricks_;
     std::filesystem::path folder_;
     const CurvatureParams& curvature_;
+    bool frames_;
     int threads_;
     Note note_;
     std::mutex mutex_;

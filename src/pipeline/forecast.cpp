@@ -8,6 +8,7 @@
 #include "base/scratch.hpp"
 #include "base/threads.hpp"
 #include "knap/error.hpp"
+#include "merge/region.hpp"
 #include "pipeline/repair.hpp"
 #include "pipeline/sources.hpp"
 #include "pipeline/stage_clock.hpp"
@@ -128,8 +129,10 @@ Forecast make_forecast(const Job& job, const Survey& survey, const BrickPlan& pl
     // Positions go as the bricks that are made from them grow.
     const auto positions = static_cast<double>(position_bytes(forecast.sources));
     const double scattered = std::max(bricks, positions + voxels) + kPositionsLeft * positions;
-    const double runs = (packed + kRunKeyBytes + static_cast<double>(id_bytes(forecast.points))) *
-                        static_cast<double>(counted);
+    const double frame = needs_frames(job.range) ? PackedFrame::kBytes : 0;
+    const double runs =
+        (packed + kRunKeyBytes + static_cast<double>(id_bytes(forecast.points)) + frame) *
+        static_cast<double>(counted);
     const double repairing = repairs(job.range) ? runs * kRepairShare : 0;
     // A brick file goes when its run is written: at the end, all runs and the last bricks.
     forecast.scratch_bytes = static_cast<std::uint64_t>(std::max(

@@ -20,12 +20,13 @@ constexpr const char* kMerge = "merge";
 
 MergeFiles::MergeFiles(
     ScratchFolder& scratch, JobLog& log, const SourceTable& table, std::uint64_t budget_bytes,
-    const std::vector<RankedFiles>& bricks,
+    bool frames, const std::vector<RankedFiles>& bricks,
     std::function<std::vector<RankedPoint>(std::size_t, const std::string& why)> remake)
     : scratch_(scratch),
       log_(log),
       table_(table),
       budget_bytes_(budget_bytes),
+      frames_(frames),
       bricks_(bricks),
       remake_(std::move(remake)) {}
 
@@ -84,7 +85,7 @@ std::unique_ptr<RankedStream> MergeFiles::put_away(std::size_t brick,
         return nullptr;
     }
     scratch_.grew_by(
-        static_cast<std::int64_t>(write_run(open_path(brick), table_, open, block_points())));
+        static_cast<std::int64_t>(write_run(open_path(brick), table_, open, open_layout())));
     return std::make_unique<RunReader>(open_path(brick), table_);
 }
 
@@ -110,7 +111,7 @@ std::vector<RankedPoint> MergeFiles::read_run(const fs::path& path) const {
 }
 
 std::function<void(std::span<const RankedPoint>)> MergeFiles::walk_keeper() {
-    walked_.emplace(walked_path(), table_, kMostBlockPoints);
+    walked_.emplace(walked_path(), table_);
     return [this](std::span<const RankedPoint> kept) {
         for (const RankedPoint& point : kept) {
             walked_->add(point);
@@ -207,10 +208,12 @@ void MergeFiles::remove(const fs::path& path) {
 }
 
 // What bricks leave open is read together, a block of each at a time.
-std::size_t MergeFiles::block_points() const {
+RunLayout MergeFiles::open_layout() const {
     constexpr std::uint64_t kSmallest = 64;
     const std::uint64_t share = budget_bytes_ / 8 / bricks_.size() / (2 * sizeof(RankedPoint));
-    return static_cast<std::size_t>(std::clamp<std::uint64_t>(share, kSmallest, kMostBlockPoints));
+    return {.block_points = static_cast<std::size_t>(
+                std::clamp<std::uint64_t>(share, kSmallest, kMostBlockPoints)),
+            .frames = frames_};
 }
 
 }  // namespace knap

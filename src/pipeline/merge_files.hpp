@@ -23,10 +23,11 @@ namespace knap {
 class MergeFiles {
   public:
     /// @param budget_bytes  of the merge; blocks of open runs take a part of it
+    /// @param frames        runs carry frames, and merge needs them
     /// @param remake        ranks a brick whose files cannot be read again; told why
     /// All references must outlive the object.
     MergeFiles(ScratchFolder& scratch, JobLog& log, const SourceTable& table,
-               std::uint64_t budget_bytes, const std::vector<RankedFiles>& bricks,
+               std::uint64_t budget_bytes, bool frames, const std::vector<RankedFiles>& bricks,
                std::function<std::vector<RankedPoint>(std::size_t, const std::string& why)> remake);
 
     /// Every brick as merge takes it: its runs, or what an earlier run found.
@@ -73,8 +74,8 @@ class MergeFiles {
     /// What attempts have left.
     void remove_open();
 
-    /// Points of a block of open runs.
-    std::size_t block_points() const;
+    /// How runs are written that merge reads many of at a time.
+    RunLayout open_layout() const;
 
   private:
     SettledPart load(std::size_t brick, std::uint64_t open_points) const;
@@ -92,6 +93,7 @@ class MergeFiles {
     JobLog& log_;
     const SourceTable& table_;
     std::uint64_t budget_bytes_;
+    bool frames_;
     const std::vector<RankedFiles>& bricks_;
     std::function<std::vector<RankedPoint>(std::size_t, const std::string& why)> remake_;
     std::mutex mutex_;

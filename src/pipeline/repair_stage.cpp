@@ -41,9 +41,8 @@ class RepairFiles final : public RepairStore {
     void put(std::size_t part, Kind kind, std::vector<RankedPoint> points) override {
         const fs::path path = path_of(part, kind);
         const std::int64_t before = size_of(path);
-        const std::uint64_t bytes =
-            write_run(path, stage_.table, points,
-                      kind == kOpen ? stage_.files.block_points() : kMostBlockPoints);
+        const std::uint64_t bytes = write_run(
+            path, stage_.table, points, kind == kOpen ? stage_.files.open_layout() : RunLayout{});
         stage_.scratch.grew_by(static_cast<std::int64_t>(bytes) - before);
     }
 

@@ -13,6 +13,7 @@
 #include "emit/output_folder.hpp"
 #include "knap/error.hpp"
 #include "knap/job.hpp"
+#include "merge/region.hpp"
 #include "pipeline/brick_maker.hpp"
 #include "pipeline/emit_stage.hpp"
 #include "pipeline/forecast.hpp"
@@ -65,11 +66,11 @@ class Pipeline {
         try {
             const Scattered bricks = cut();
             BrickMaker maker(bricks.table, bricks.plan, bricks.files, scratch_.path(),
-                             job_.curvature, threads_,
+                             job_.curvature, needs_frames(job_.range), threads_,
                              [&](const std::string& note) { clock_.note(note); });
             const RankResult ranked = rank_all(bricks.table, bricks.files, maker);
-            MergeFiles files(scratch_, log_, bricks.table, budgets_.stage, ranked.bricks,
-                             [&](std::size_t brick, const std::string& why) {
+            MergeFiles files(scratch_, log_, bricks.table, budgets_.stage, needs_frames(job_.range),
+                             ranked.bricks, [&](std::size_t brick, const std::string& why) {
                                  return maker.rank(brick, ranked.spacing, why);
                              });
             ReportStage pictures(bricks.table, ranked, files, scratch_, log_);
@@ -308,6 +309,7 @@ class Pipeline {
             table, bricks,
             {.folder = scratch_.path(),
              .curvature = job_.curvature,
+             .frames = needs_frames(job_.range),
              .budget_bytes = budgets_.stage,
              .threads = threads_,
              .state = read_rank_state(log_, scratch_.path(), bricks.size()),

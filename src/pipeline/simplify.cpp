@@ -14,6 +14,7 @@
 #include "merge/alpha_search.hpp"
 #include "merge/merge.hpp"
 #include "merge/range_law.hpp"
+#include "merge/region.hpp"
 #include "pipeline/repair.hpp"
 #include "rank/brick_blocks.hpp"
 #include "rank/curvature_pass.hpp"
@@ -165,7 +166,8 @@ SimplifyResult simplify(std::span<const Vec3> points, const SimplifyParams& para
         spacing.count == 0 ? 0 : spacing.sum.value() / static_cast<double>(spacing.count);
 
     result.counts.merged = brick.merged;
-    const CurvatureEstimator estimator(params.curvature, result.spacing);
+    const CurvatureEstimator estimator(params.curvature, result.spacing,
+                                       needs_frames(params.range));
     std::vector<RankedPoint> order;
     order.reserve(brick.core_count);
     const RankedBrick ranked = rank_brick(brick, params.curvature.neighbours, estimator, box, box,

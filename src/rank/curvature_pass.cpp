@@ -54,6 +54,7 @@ void sort_places(std::vector<Place>& places, const PointBlocks& brick) {
 // |H| of each core point; NaN where the neighbours are not certain, whose bound is kept instead.
 struct Pass {
     std::vector<double> curvature;
+    std::vector<PackedFrame> frames;  // none where none are asked for
     std::vector<Straggler> stragglers;
 };
 
@@ -62,6 +63,7 @@ Pass compute(const PointBlocks& brick, std::size_t k, const CurvatureEstimator& 
              const std::function<void(std::uint64_t)>& advance) {
     Pass pass;
     pass.curvature.resize(brick.size(), std::numeric_limits<double>::quiet_NaN());
+    pass.frames.resize(estimator.finds_frames() ? brick.size() : 0);
     std::mutex mutex;
     parallel_for(brick.blocks.size(), kGrainBlocks, [&](std::size_t first, std::size_t last) {
         BlockSearch search(brick, brick.is_core, k);
@@ -81,6 +83,9 @@ Pass compute(const PointBlocks& brick, std::size_t k, const CurvatureEstimator& 
                 // anywhere.
                 if (reach < certain || certain == std::numeric_limits<double>::infinity()) {
                     pass.curvature[place] = curvatures[i];
+                    if (!pass.frames.empty()) {
+                        pass.frames[place] = work.frames[i];
+                    }
                 } else {
                     stragglers.push_back({p, brick.ids[place], reach});
                 }
@@ -119,8 +124,9 @@ RankedBrick rank_brick(const PointBlocks& brick, int neighbours,
         fetched.clear();
         for (const Place& place :
              std::span(places).subspan(first, std::min(kFetched, places.size() - first))) {
-            fetched.push_back(
-                {pass.curvature[place.index], brick.ids[place.index], brick.position(place.index)});
+            fetched.push_back({pass.curvature[place.index], brick.ids[place.index],
+                               brick.position(place.index),
+                               pass.frames.empty() ? PackedFrame() : pass.frames[place.index]});
         }
         take(fetched);
     }
@@ -144,8 +150,8 @@ std::vector<RankedPoint> rank_stragglers(std::span<const Straggler> stragglers,
             for (const FoundNeighbour& neighbour : neighbours[i]) {
                 neighbourhood.push_back(neighbour.position);
             }
-            ranked[i] = {estimator.mean_curvature(neighbourhood), stragglers[i].id,
-                         stragglers[i].position};
+            const CurvatureEstimator::Estimate found = estimator.estimate(neighbourhood);
+            ranked[i] = {found.curvature, stragglers[i].id, stragglers[i].position, found.frame};
         }
     });
     std::sort(ranked.begin(), ranked.end(),

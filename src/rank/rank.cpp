@@ -76,7 +76,7 @@ class Ranking::Passes {
         done_ = request_.state.bricks;
         done_.resize(bricks_.size());
         result_.spacing = spacing;
-        const CurvatureEstimator estimator(request_.curvature, spacing);
+        const CurvatureEstimator estimator(request_.curvature, spacing, request_.frames);
         rank_bricks(estimator, advance);
         const SettledStragglers settled = stragglers(estimator);
         remove_straggler_runs();
@@ -162,7 +162,7 @@ class Ranking::Passes {
         const PointBlocks brick = take_blocks(i);
         BrickRank result;
         result.run = request_.folder / fmt::format("{:06}.run", i);
-        RunWriter run(result.run, table_, kMostBlockPoints);
+        RunWriter run(result.run, table_, {.frames = request_.frames});
         const RankedBrick ranked = rank_brick(
             brick, request_.curvature.neighbours, estimator, file.brick.halo, table_.box(),
             [&](std::span<const RankedPoint> points) {
@@ -241,7 +241,8 @@ class Ranking::Passes {
             }
             const std::size_t brick = group.bricks[i];
             const std::string name = fmt::format("{:06}-{}.run", brick, settled.runs.size());
-            settled.runs.push_back({brick, write_run(name, ranked), ranked.size()});
+            settled.runs.push_back(
+                {brick, write_run(name, ranked, request_.frames), ranked.size()});
         }
     }
 
@@ -319,10 +320,11 @@ class Ranking::Passes {
         return points;
     }
 
-    std::filesystem::path write_run(const std::string& name,
-                                    const std::vector<RankedPoint>& points) const {
+    std::filesystem::path write_run(const std::string& name, const std::vector<RankedPoint>& points,
+                                    bool frames) const {
         std::filesystem::path path = request_.folder / name;
-        request_.on_scratch(static_cast<std::int64_t>(knap::write_run(path, table_, points)));
+        request_.on_scratch(
+            static_cast<std::int64_t>(knap::write_run(path, table_, points, {.frames = frames})));
         return path;
     }
 
@@ -343,7 +345,7 @@ class Ranking::Passes {
         for (const Straggler& straggler : stragglers) {
             by_bound.push_back({straggler.bound_squared, straggler.id, straggler.position});
         }
-        return write_run(fmt::format("{:06}.stragglers", i), by_bound);
+        return write_run(fmt::format("{:06}.stragglers", i), by_bound, false);
     }
 
     CoreAccess core_access(std::function<CorePoints(std::size_t)> load) const {

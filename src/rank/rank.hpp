@@ -54,6 +54,7 @@ struct RankState {
 struct RankRequest {
     std::filesystem::path folder;  ///< exists; gets a run a brick
     CurvatureParams curvature;
+    bool frames = false;             ///< runs carry the frames of the points too
     std::uint64_t budget_bytes = 0;  ///< for the bricks in work, and those held between passes
     int threads = 1;                 ///< bricks in work at a time, >= 1
     RankState state = {};            ///< where an earlier run stopped

@@ -12,9 +12,9 @@
 namespace knap {
 
 std::vector<RankedPoint> rank_again(const SourceTable& table, const BrickFile& file,
-                                    const CurvatureParams& params, double spacing,
+                                    const CurvatureParams& params, bool frames, double spacing,
                                     const CoreAccess& archive) {
-    const CurvatureEstimator estimator(params, spacing);
+    const CurvatureEstimator estimator(params, spacing, frames);
     std::vector<RankedPoint> certain;
     certain.reserve(file.core_points);
     const RankedBrick brick =

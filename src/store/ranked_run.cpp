@@ -15,8 +15,8 @@ namespace knap {
 namespace {
 
 constexpr std::string_view kMagic = "KNAPRUN1";
-constexpr std::uint32_t kVersion = 1;
-constexpr std::size_t kHeaderSize = 24;
+constexpr std::uint32_t kVersion = 2;
+constexpr std::size_t kHeaderSize = 28;
 constexpr std::size_t kBlockHeaderSize = 16;
 
 // Bytes that hold every id below `points`.
@@ -28,17 +28,18 @@ std::size_t id_size_for(std::uint64_t points) {
 }  // namespace
 
 RunWriter::RunWriter(const std::filesystem::path& path, const SourceTable& table,
-                     std::size_t block_points)
+                     const RunLayout& layout)
     : file_(path, AtomicFile::Durability::kProcess),
       table_(table),
       id_size_(id_size_for(table.points())),
-      block_points_(block_points) {
+      layout_(layout) {
     file_.write(kMagic);
     std::vector<std::byte> header;
     put(header, kVersion);
     put(header, static_cast<std::uint32_t>(table.packed_size()));
     put(header, static_cast<std::uint32_t>(id_size_));
-    put(header, static_cast<std::uint32_t>(block_points));
+    put(header, static_cast<std::uint32_t>(layout.block_points));
+    put(header, static_cast<std::uint32_t>(layout.frames ? PackedFrame::kBytes : 0));
     file_.write(header);
 }
 
@@ -54,7 +55,12 @@ void RunWriter::add(const RankedPoint& point) {
     positions_.resize(at + table_.packed_size());
     table_.pack(table_.source_of(point.id), point.position, positions_.data() + at);
     put_bytes(ids_, point.id, id_size_);
-    if (++count_ == block_points_) {
+    if (layout_.frames) {
+        for (const std::uint8_t byte : point.frame.bytes()) {
+            frames_.push_back(std::byte{byte});
+        }
+    }
+    if (++count_ == layout_.block_points) {
         flush();
     }
 }
@@ -62,6 +68,7 @@ void RunWriter::add(const RankedPoint& point) {
 void RunWriter::flush() {
     keys_.insert(keys_.end(), positions_.begin(), positions_.end());
     keys_.insert(keys_.end(), ids_.begin(), ids_.end());
+    keys_.insert(keys_.end(), frames_.begin(), frames_.end());
     std::vector<std::byte> header;
     put(header, count_);
     put(header, static_cast<std::uint32_t>(keys_.size()));
@@ -72,6 +79,7 @@ void RunWriter::flush() {
     keys_.clear();
     positions_.clear();
     ids_.clear();
+    frames_.clear();
 }
 
 std::uint64_t RunWriter::finish() {
@@ -84,8 +92,8 @@ std::uint64_t RunWriter::finish() {
 }
 
 std::uint64_t write_run(const std::filesystem::path& path, const SourceTable& table,
-                        std::span<const RankedPoint> points, std::size_t block_points) {
-    RunWriter writer(path, table, block_points);
+                        std::span<const RankedPoint> points, const RunLayout& layout) {
+    RunWriter writer(path, table, layout);
     for (const RankedPoint& point : points) {
         writer.add(point);
     }
@@ -102,9 +110,12 @@ void RunReader::read_header(const InputFile& file) {
     const auto version = fields.get<std::uint32_t>();
     const auto packed_size = fields.get<std::uint32_t>();
     id_size_ = fields.get<std::uint32_t>();
+    fields.get<std::uint32_t>();  // points of a block
+    const auto frame_size = fields.get<std::uint32_t>();
+    has_frames_ = frame_size == PackedFrame::kBytes;
     if (magic == nullptr || std::memcmp(magic, kMagic.data(), kMagic.size()) != 0 ||
         version != kVersion || packed_size != table_->packed_size() ||
-        id_size_ != id_size_for(table_->points())) {
+        id_size_ != id_size_for(table_->points()) || (frame_size != 0 && !has_frames_)) {
         throw_damaged("expected the header of a ranked run");
     }
     at_ = kHeaderSize;
@@ -147,6 +158,11 @@ bool RunReader::next(std::vector<RankedPoint>& points) {
         const std::byte* positions = reader.take(packed * count);
         for (std::size_t i = 0; i < count; ++i) {
             points[i].id = reader.get_bytes(id_size_);
+        }
+        for (std::size_t i = 0; has_frames_ && i < count; ++i) {
+            points[i].frame = PackedFrame(PackedFrame::Bytes{reader.get<std::uint8_t>(),
+                                                             reader.get<std::uint8_t>(),
+                                                             reader.get<std::uint8_t>()});
         }
         if (!reader.ok() || reader.left() != 0) {
             throw_damaged("a block does not hold what its header says");

@@ -35,6 +35,12 @@ SimplifyParams random_params(std::mt19937_64& random, const std::vector<Vec3>& c
     params.range.max_factor = pick(0, 2) == 0   ? std::numeric_limits<double>::infinity()
                               : pick(0, 1) == 0 ? 8
                                                 : uniform(1, 20);
+    if (pick(0, 2) == 0) {
+        params.range.slab = uniform(0.02, 1);
+    }
+    if (params.curvature.estimator == Estimator::kQuadric && pick(0, 1) == 0) {
+        params.range.aspect = uniform(1, 4);
+    }
     if (pick(0, 3) == 0) {
         params.range.repair = uniform(0.01, 0.7);
     }

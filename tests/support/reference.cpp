@@ -1,12 +1,10 @@
 #include "support/reference.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numbers>
 #include <numeric>
 #include <tuple>
 
@@ -114,8 +112,26 @@ double range_at(double h, double mean, const RangeParams& range) {
     return std::min(std::max(r, range.alpha * range.min_factor), range.alpha * range.max_factor);
 }
 
+// Section 5: is q, within the reach of p, in the region of p? Written down from the text, with the
+// library's rounded frame.
+bool in_region(const Vec3& p, const PackedFrame& packed, double h, double r,
+               const RangeParams& range, const Vec3& q) {
+    const LocalFrame frame = packed.frame();
+    const auto along = [&](const Vec3& axis) {
+        return (q.x - p.x) * axis.x + (q.y - p.y) * axis.y + (q.z - p.z) * axis.z;
+    };
+    const double u = along(frame.steepest);
+    const double v = along(frame.flattest);
+    const double w = along(frame.normal);
+    const double f = std::min(frame.flatness, range.aspect);
+    const bool ellipsoid = f == 1 || f * (u * u) + v * v / f + w * w <= r * r;
+    const double height = w - h * (u * u + v * v) / 2;
+    return ellipsoid && (range.slab == 0 || std::abs(height) <= range.slab * r);
+}
+
 // Section 4: walk the order, keep what is not marked, mark by brute force.
-std::vector<std::size_t> walk(const Counted& cloud, const std::vector<double>& h, double mean,
+std::vector<std::size_t> walk(const Counted& cloud, const std::vector<double>& h,
+                              const std::vector<PackedFrame>& frames, double mean,
                               const RangeParams& range) {
     std::vector<std::size_t> order(h.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
@@ -134,9 +150,17 @@ std::vector<std::size_t> walk(const Counted& cloud, const std::vector<double>& h
         }
         kept.push_back(p);
         const double r = range_at(h[p], mean, range);
+        const bool is_ball = frames[p].is_none() || (range.slab == 0 && range.aspect == 1);
+        const double stretch =
+            is_ball ? 1 : std::sqrt(std::min(frames[p].frame().flatness, range.aspect));
+        const double reach = r * stretch;
         for (std::size_t q = 0; q < marked.size(); ++q) {
             const double squared = squared_distance(cloud.positions[p], cloud.positions[q]);
-            marked[q] = static_cast<char>(marked[q] | static_cast<char>(squared <= r * r));
+            if (squared <= reach * reach &&
+                (is_ball ||
+                 in_region(cloud.positions[p], frames[p], h[p], r, range, cloud.positions[q]))) {
+                marked[q] = 1;
+            }
         }
     }
     return kept;
@@ -244,14 +268,17 @@ Result simplify(std::span<const Vec3> points, const CurvatureParams& params,
         result.spacing = exact_sum(distances) / static_cast<double>(distances.size());
     }
 
-    const CurvatureEstimator estimator(params, result.spacing);
+    const CurvatureEstimator estimator(params, result.spacing, true);
     std::vector<double> h(n);
+    std::vector<PackedFrame> frames(n);
     for (std::size_t i = 0; i < n; ++i) {
         std::vector<Vec3> neighbourhood{cloud.positions[i]};
         for (const Candidate& neighbour : nearest[i]) {
             neighbourhood.push_back(cloud.positions[neighbour.index]);
         }
-        h[i] = estimator.mean_curvature(neighbourhood);
+        const CurvatureEstimator::Estimate found = estimator.estimate(neighbourhood);
+        h[i] = found.curvature;
+        frames[i] = found.frame;
     }
     if (n > 0) {
         result.mean_curvature = exact_sum(h) / static_cast<double>(n);
@@ -260,7 +287,7 @@ Result simplify(std::span<const Vec3> points, const CurvatureParams& params,
     if (range.tolerance > 0) {
         with_alpha.alpha = std::sqrt(2 * range.tolerance / result.mean_curvature);
     }
-    std::vector<std::size_t> kept = walk(cloud, h, result.mean_curvature, with_alpha);
+    std::vector<std::size_t> kept = walk(cloud, h, frames, result.mean_curvature, with_alpha);
     if (range.repair > 0 || range.tolerance > 0) {
         Box box;
         for (const Vec3& p : cloud.positions) {
@@ -277,120 +304,6 @@ Result simplify(std::span<const Vec3> points, const CurvatureParams& params,
     std::sort(result.kept.begin(), result.kept.end());
     result.represented = n - result.kept.size();
     return result;
-}
-
-double curvature(std::span<const Vec3> neighbourhood, const CurvatureParams& params,
-                 double spacing) {
-    const auto n = static_cast<Eigen::Index>(neighbourhood.size());
-    Eigen::MatrixXd points(n, 3);
-    for (Eigen::Index i = 0; i < n; ++i) {
-        const Vec3& p = neighbourhood[static_cast<std::size_t>(i)];
-        points.row(i) << p.x, p.y, p.z;
-    }
-    const Eigen::MatrixXd centred = points.rowwise() - points.colwise().mean();
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(centred.transpose() * centred);
-    const Eigen::Matrix3d frame = solver.eigenvectors();  // columns z, y, x
-    const Eigen::MatrixXd local = (points.rowwise() - points.row(0)) * frame;
-
-    const int samples = params.samples;
-    const double h = params.step * spacing;
-    const double half_period = samples * h / 2;
-    const auto kappa = [&](int along, int across) {
-        std::vector<double> g;
-        for (int l = 0; l < samples; ++l) {
-            const double u = (l - samples / 2) * h;
-            std::array<double, 4> best;
-            best.fill(std::numeric_limits<double>::infinity());
-            std::array<double, 4> height{};
-            for (Eigen::Index i = 0; i < n; ++i) {
-                const double a = local(i, along);
-                const double b = local(i, across);
-                const double z = local(i, 0);
-                const std::size_t quadrant = (a >= u ? 1U : 0U) + (b >= 0 ? 2U : 0U);
-                const double distance = std::sqrt((a - u) * (a - u) + b * b + z * z);
-                if (distance < best[quadrant]) {
-                    best[quadrant] = distance;
-                    height[quadrant] = z;
-                }
-            }
-            double weighted = 0;
-            double total = 0;
-            bool exact = false;
-            for (std::size_t q = 0; q < 4 && !exact; ++q) {
-                if (best[q] == 0) {
-                    weighted = height[q];
-                    total = 1;
-                    exact = true;
-                } else if (std::isfinite(best[q])) {
-                    weighted += height[q] / best[q];
-                    total += 1 / best[q];
-                }
-            }
-            g.push_back(weighted / total);
-        }
-        double first = 0;
-        double second = 0;
-        for (int order = 1; order < samples / 2; ++order) {
-            double a = 0;
-            double b = 0;
-            for (int l = 0; l < samples; ++l) {
-                const double angle = 2 * std::numbers::pi * order * (l - samples / 2) / samples;
-                a += 2.0 / samples * g[static_cast<std::size_t>(l)] * std::cos(angle);
-                b += 2.0 / samples * g[static_cast<std::size_t>(l)] * std::sin(angle);
-            }
-            first += std::numbers::pi / half_period * order * b;
-            second -= std::pow(std::numbers::pi / half_period, 2) * order * order * a;
-        }
-        return second / std::pow(1 + first * first, 1.5);
-    };
-    return std::abs((kappa(2, 1) + kappa(1, 2)) / 2);
-}
-
-double exact_sum(std::span<const double> values) {
-    // Partial sums that do not overlap, smallest first.
-    std::vector<double> partials;
-    for (double x : values) {
-        std::size_t used = 0;
-        for (double y : partials) {
-            if (std::abs(x) < std::abs(y)) {
-                std::swap(x, y);
-            }
-            const double high = x + y;
-            const double low = y - (high - x);
-            if (low != 0) {
-                partials[used++] = low;
-            }
-            x = high;
-        }
-        partials.resize(used);
-        partials.push_back(x);
-    }
-    if (partials.empty()) {
-        return 0;
-    }
-    double sum = partials.back();
-    partials.pop_back();
-    double low = 0;
-    while (!partials.empty()) {
-        const double x = sum;
-        const double y = partials.back();
-        partials.pop_back();
-        sum = x + y;
-        low = y - (sum - x);
-        if (low != 0) {
-            break;
-        }
-    }
-    // A tie that the partials below decide.
-    if (!partials.empty() &&
-        ((low < 0 && partials.back() < 0) || (low > 0 && partials.back() > 0))) {
-        const double twice = low * 2;
-        const double up = sum + twice;
-        if (up - sum == twice) {
-            sum = up;
-        }
-    }
-    return sum;
 }
 
 }  // namespace knap::reference

@@ -20,9 +20,9 @@ struct Result {
     double mean_curvature = 0;
 };
 
-/// Sections 1 to 4 and 6. The number |H| of one neighbourhood comes from the library's estimator,
-/// so that both sides order by the same bits; curvature() below is what that one is tested against.
-/// Distances come from one FanSurface through all kept points.
+/// Sections 1 to 6. The number |H| of one neighbourhood and its frame come from the library's
+/// estimator, so that both sides order by the same bits; curvature() below is what that one is
+/// tested against. Distances come from one FanSurface through all kept points.
 Result simplify(std::span<const Vec3> points, const CurvatureParams& curvature,
                 const RangeParams& range);
 
