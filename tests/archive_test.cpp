@@ -11,8 +11,8 @@
 #include "base/file.hpp"
 #include "emit/decode.hpp"
 #include "emit/emit.hpp"
-#include "emit/ply_writer.hpp"
 #include "knap/error.hpp"
+#include "output/ply_writer.hpp"
 #include "store/manifest.hpp"
 #include "support/emit_fixture.hpp"
 

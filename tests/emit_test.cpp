@@ -12,9 +12,9 @@
 
 #include "base/file.hpp"
 #include "emit/decode.hpp"
-#include "emit/ply_writer.hpp"
 #include "knap/archive.hpp"
 #include "knap/error.hpp"
+#include "output/ply_writer.hpp"
 #include "store/manifest.hpp"
 #include "support/damage.hpp"
 #include "support/emit_fixture.hpp"

@@ -28,6 +28,28 @@ Vec3 any_vec3(std::mt19937_64& random) {
     return {any_double(random), any_double(random), any_double(random)};
 }
 
+LasHeaderInfo any_las(std::mt19937_64& random) {
+    LasHeaderInfo las{.version_minor = 4,
+                      .point_format = 7,
+                      .file_source_id = 65535,
+                      .global_encoding = 17,
+                      .project_id = {},
+                      .system_identifier = "a scanner",
+                      .generating_software = "a program",
+                      .creation_day = 366,
+                      .creation_year = 2024,
+                      .records = {}};
+    las.project_id.fill(std::byte{0xfe});
+    for (std::size_t size = 0; size < 9; ++size) {
+        LasVlr record{"LASF_Projection", 34735, "GeoTIFF", size % 2 == 1, {}};
+        for (std::size_t i = 0; i < size; ++i) {
+            record.content.push_back(static_cast<std::byte>(random()));
+        }
+        las.records.push_back(record);
+    }
+    return las;
+}
+
 Manifest any_manifest(std::mt19937_64& random) {
     Manifest manifest;
     manifest.knap_version = "0.1.0";
@@ -45,7 +67,11 @@ Manifest any_manifest(std::mt19937_64& random) {
                                                {"rgb", ScalarType::kUint16, 3},
                                                {"range", ScalarType::kInt32, 1, any_double(random),
                                                 any_double(random), "distance to the scanner"}},
-                                    .crs = "EPSG:32633"});
+                                    .crs = "EPSG:32633",
+                                    .las = std::nullopt});
+        if (i % 2 == 0) {
+            manifest.sources.back().las = any_las(random);
+        }
     }
     manifest.counts = {random(), random(), random(), random(), random()};
     manifest.spacing = any_double(random);
@@ -89,6 +115,7 @@ void expect_equal(const Manifest& a, const Manifest& b) {
         EXPECT_EQ(a.sources[i].coordinates, b.sources[i].coordinates);
         EXPECT_EQ(a.sources[i].schema, b.sources[i].schema);
         EXPECT_EQ(a.sources[i].crs, b.sources[i].crs);
+        EXPECT_EQ(a.sources[i].las, b.sources[i].las);
     }
     ASSERT_EQ(a.tiles.size(), b.tiles.size());
     for (std::size_t i = 0; i < a.tiles.size(); ++i) {

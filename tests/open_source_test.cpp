@@ -57,7 +57,8 @@ TEST(OpenSource, WhatIsNoPointCloudIsRefusedByName) {
         {"a.ply", "\x1f\x8b\x08 compressed", "a damaged gzip file"},
         {"a.pcd", "# .PCD v.7\n", "line 2: expected a PCD header"},
         {"a.pcd", "VERSION .7\n", "line 2: expected a PCD header"},
-        {"a.drc", "DRACO\x02\x02", "Draco"},
+        {"a.drc", "DRACO\x02\x02", "expected a Draco point cloud"},
+        {"manifest.json", "{\"format\": \"knap archive\"", "no JSON"},
         {"a.e57", "ASTM-E57", "E57"},
         {"a.laz", "version https://git-lfs.github.com/spec/v1\n", "Git LFS"},
         {"a.zip", "PK\x03\x04", "zip"},
@@ -98,8 +99,9 @@ TEST(ExpandSources, AFolderGivesItsPointCloudsSortedByPath) {
     folder.write("notes.txt", "words and words\n");
     folder.write("b/.hidden.ply", kPly);
     folder.write(".cache/a.ply", kPly);
-    folder.write("b/tiles/1.drc", "DRACO");
-    EXPECT_THAT(expand_sources({folder.path().string()}), ElementsAre(b, a, c, bad));
+    folder.write("out.partial/tiles/000000.drc", "DRACO");
+    const auto drc = folder.write("b/tiles/1.drc", "DRACO");
+    EXPECT_THAT(expand_sources({folder.path().string()}), ElementsAre(b, a, c, bad, drc));
 }
 
 TEST(ExpandSources, EntriesKeepTheirOrderAndGlobsAreSorted) {

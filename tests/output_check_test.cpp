@@ -64,9 +64,11 @@ TEST_F(Output, KindIsToldByTheEnding) {
     EXPECT_EQ(output_kind("a/b"), OutputKind::kArchive);
     EXPECT_EQ(output_kind("a/v1.2/"), OutputKind::kArchive);
     EXPECT_EQ(output_kind("b.drc"), OutputKind::kDraco);
-    EXPECT_EQ(output_kind("b.Ply"), OutputKind::kPly);
-    EXPECT_THAT([] { output_kind("b.las"); },
-                ThrowsMessage<ConfigError>(AllOf(HasSubstr("output.path"), HasSubstr("b.las"))));
+    for (const char* name : {"b.Ply", "b.las", "b.LAZ", "b.xyz"}) {
+        EXPECT_EQ(output_kind(name), OutputKind::kCloud) << name;
+    }
+    EXPECT_THAT([] { output_kind("b.pcd"); },
+                ThrowsMessage<ConfigError>(AllOf(HasSubstr("output.path"), HasSubstr("b.pcd"))));
 }
 
 TEST_F(Output, ThatExistsNeedsOverwrite) {

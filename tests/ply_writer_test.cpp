@@ -1,4 +1,4 @@
-#include "emit/ply_writer.hpp"
+#include "output/ply_writer.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <random>
 
 #include "knap/archive.hpp"
@@ -90,10 +91,16 @@ TEST(Run, EqualsTheBruteForceReferenceOnTheDragon) {
     }
     SimplifyParams params;
     params.range.alpha = 0.002;
-    const reference::Result expected =
-        reference::simplify(test::read_cloud(dragon), params.curvature, params.range);
-    Job job = job_for(folder, dragon.filename().string(), params);
-    job.resources.brick_points = 20000;
+    std::vector<Vec3> cloud = test::read_cloud(dragon);
+    // Half of it takes the reference a quarter of the time.
+    if (std::getenv("KNAP_WHOLE_DRAGON") == nullptr) {
+        std::erase_if(cloud, [](const Vec3& p) { return p.x > -0.02; });
+        ASSERT_GT(cloud.size(), 150000U);
+    }
+    test::write_ply(folder / "dragon.ply", cloud, true);
+    const reference::Result expected = reference::simplify(cloud, params.curvature, params.range);
+    Job job = job_for(folder, "dragon.ply", params);
+    job.resources.brick_points = 10000;
     const Report report = run_silently(job);
     EXPECT_GT(report.bricks, 20U);
     EXPECT_EQ(test::read_ids(folder / "ids"), expected.kept);

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <memory>
 
-#include "emit/ply_writer.hpp"
 #include "knap/error.hpp"
 #include "knap/source.hpp"
+#include "output/ply_writer.hpp"
 
 namespace knap {
 

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -30,7 +31,8 @@ struct ManifestSource {
     std::string xxh3;  ///< XXH3-128 of the file, 32 hex digits
     CoordinateFormat coordinates;
     std::vector<Attribute> schema;
-    std::string crs;  ///< WKT or "EPSG:n"; empty if none
+    std::string crs;                                  ///< WKT or "EPSG:n"; empty if none
+    std::optional<LasHeaderInfo> las = std::nullopt;  ///< LAS and LAZ: header and records
 };
 
 /// One tile as the manifest names it.

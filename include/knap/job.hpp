@@ -41,6 +41,7 @@ struct Report {
     std::uint64_t sources = 0;
     std::uint64_t bricks = 0;
     std::uint64_t stragglers = 0;  ///< points whose neighbours were gathered from other bricks
+    std::uint64_t protected_points = 0;  ///< of the kept ones: for the sake of range.keep alone
     std::uint64_t tiles = 0;
     std::uint64_t output_bytes = 0;
     std::uint64_t scratch_peak_bytes = 0;

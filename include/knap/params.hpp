@@ -61,6 +61,9 @@ struct RangeParams {
     /// through the others is farthest away, [0, 0.9]. With a tolerance as many are added as it
     /// takes.
     double repair = 0;
+    /// Points that are kept whatever the ranges say: a condition on attributes, see docs/method.md;
+    /// empty: none. Not for points in memory, which have no attributes.
+    std::string keep = std::string();
 };
 
 /// How tiles are coded (docs/formats.md).
@@ -70,8 +73,8 @@ enum class TileEncoding {
     kSequential  ///< Draco's sequential encoding of points in a good order
 };
 
-/// Where the result goes and how it is cut. `path`: an archive folder, or a file ending in .drc or
-/// .ply.
+/// Where the result goes and how it is cut. `path`: an archive folder, or a file ending in .drc,
+/// .ply, .las, .laz or .xyz.
 struct OutputParams {
     std::string path;
     double step = 0;  ///< lattice step, cloud units, >= 0; 0: LAS scale or spacing / 64
@@ -79,6 +82,8 @@ struct OutputParams {
     /// What points carry beside their position: "all", "none", or names, at least one.
     std::vector<std::string> attributes{"all"};
     TileEncoding encoding = TileEncoding::kAuto;
+    /// Write all points, and with each whether it is kept. For .ply, .las, .laz and .xyz.
+    bool flag = false;
     std::string ids;         ///< also write the kept ids to this file; empty: do not
     bool overwrite = false;  ///< replace an output that exists
     bool report = false;     ///< also write report.html

@@ -187,7 +187,8 @@ class KNAP_API PointSource {
 };
 
 /// Opens a point cloud; the format is told by content first, by ending second.
-/// PLY, LAS, LAZ (COPC as LAZ), XYZ, CSV, TXT, PTS.
+/// PLY, LAS, LAZ (COPC as LAZ), PCD, Draco, XYZ, CSV, TXT, PTS; PLY and text behind gzip; a knap
+/// archive, by its folder or its manifest.json.
 /// @throws InputError if the file is missing, unreadable, empty or of no known format
 KNAP_API std::unique_ptr<PointSource> open_source(const std::filesystem::path& path);
 

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <cstdio>
 #include <memory>
 #include <string>
 
@@ -19,14 +20,18 @@ Command add_decode(CLI::App& root) {
     command->add_option("ARCHIVE", *path, "an archive folder, or a .drc file")
         ->type_name("")
         ->required();
-    add_output_file_options(*command, *output, ".ply or .xyz");
+    add_output_file_options(*command, *output, ".ply, .las, .laz or .xyz");
     command->footer(
         "Examples:\n"
         "  knap decode scan_archive -o scan.ply\n"
+        "  knap decode site_archive -o site.laz\n"
         "  knap decode scan.drc -o scan.xyz --overwrite");
     return {command, [path, output] {
                 check_output_file(*output);
                 const DecodeResult result = decode(*path, output->path, output->overwrite);
+                for (const std::string& note : result.notes) {
+                    fmt::print(stderr, "knap: {}\n", note);
+                }
                 fmt::print("{}: {} points, {}\n", output->path, format_count(result.points),
                            format_bytes(result.bytes));
             }};

@@ -6,8 +6,8 @@
 
 #include "app/commands.hpp"
 #include "app/format.hpp"
+#include "app/info_json.hpp"
 #include "base/file.hpp"
-#include "input/draco_reader.hpp"
 #include "knap/archive.hpp"
 #include "knap/source.hpp"
 
@@ -42,12 +42,34 @@ std::string format_schema(const std::vector<Attribute>& schema) {
         text += text.empty() ? "" : ", ";
         text += fmt::format("{} {}", attribute.name, to_string(attribute.type));
         text += attribute.components > 1 ? fmt::format("[{}]", attribute.components) : "";
+        text += attribute.scale != 1 || attribute.offset != 0
+                    ? fmt::format(" * {} + {}", attribute.scale, attribute.offset)
+                    : "";
     }
     return text;
 }
 
 std::string format_crs(const std::string& crs) {
     return crs.empty() ? "none" : one_line(crs);
+}
+
+/// What a LAS file says beside its points.
+std::string describe(const LasHeaderInfo& las) {
+    std::string text;
+    const auto named = [&](std::string_view name, const std::string& value) {
+        text += value.empty() ? "" : row(name, one_line(value));
+    };
+    named("system", las.system_identifier);
+    named("software", las.generating_software);
+    if (las.creation_year != 0) {
+        text += row("created", fmt::format("day {} of {}", las.creation_day, las.creation_year));
+    }
+    for (const LasVlr& record : las.records) {
+        text += row("record",
+                    one_line(fmt::format("{} {}, {} bytes {}", record.user_id, record.record_id,
+                                         record.content.size(), record.description)));
+    }
+    return text;
 }
 
 std::string describe(const SourceInfo& info) {
@@ -59,22 +81,11 @@ std::string describe(const SourceInfo& info) {
                                           : "not declared");
     text += row("coordinates", format_coordinates(info.coordinates));
     text += row("attributes", format_schema(info.schema));
-    return text + row("crs", format_crs(info.crs));
-}
-
-/// A single Draco file: knap writes those, but does not read them as a source.
-std::string describe_draco(const std::string& path) {
-    const DracoCloud cloud = read_draco(path);
-    std::string text = row("file", path);
-    text += row("format", cloud.lattice ? "Draco, written by knap" : "Draco");
-    text += row("size", format_bytes(std::filesystem::file_size(path)));
-    text += row("points", format_count(cloud.positions.size()));
-    if (cloud.lattice) {
-        text += row("lattice", fmt::format("step {}, origin {}", cloud.lattice->step,
-                                           format_vec(cloud.lattice->origin)));
-        text += row("crs", format_crs(cloud.lattice->crs));
+    if (!info.unsupported.empty()) {
+        text += row("not read", fmt::format("{}", fmt::join(info.unsupported, ", ")));
     }
-    return text;
+    text += row("crs", format_crs(info.crs));
+    return info.las ? text + describe(*info.las) : text;
 }
 
 std::string describe(const ManifestSource& source) {
@@ -128,7 +139,15 @@ std::string describe_path(const std::string& path) {
     if (std::filesystem::is_directory(path, ignored)) {
         return describe(Archive(path));
     }
-    return path.ends_with(".drc") ? describe_draco(path) : describe(open_source(path)->info());
+    return describe(open_source(path)->info());
+}
+
+std::string json_of_path(const std::string& path) {
+    std::error_code ignored;
+    if (std::filesystem::is_directory(path, ignored)) {
+        return info_json(Archive(path));
+    }
+    return path.ends_with(".drc") ? info_json_of_draco(path) : info_json(open_source(path)->info());
 }
 
 }  // namespace
@@ -137,11 +156,18 @@ Command add_info(CLI::App& root) {
     CLI::App* const command =
         root.add_subcommand("info", "header, attributes and counts of a file or an archive");
     const auto path = std::make_shared<std::string>();
+    const auto json = std::make_shared<bool>(false);
     command->add_option("FILE|ARCHIVE", *path, "a point cloud, a .drc file, or an archive folder")
         ->type_name("")
         ->required();
-    command->footer("Examples:\n  knap info scan.laz\n  knap info scan_archive");
-    return {command, [path] { fmt::print("{}", describe_path(*path)); }};
+    command->add_flag("--json", *json, "as JSON, for programs");
+    command->footer(
+        "Examples:\n"
+        "  knap info scan.laz\n"
+        "  knap info scan_archive\n"
+        "  knap info scan.laz --json");
+    return {command,
+            [path, json] { fmt::print("{}", *json ? json_of_path(*path) : describe_path(*path)); }};
 }
 
 }  // namespace knap::app

@@ -12,9 +12,9 @@ Command add_simplify(CLI::App& root) {
     const auto progress = std::make_shared<ProgressOptions>();
     add_progress_options(*command, *progress);
     command->footer(
-        "Reads PLY, LAS, LAZ (COPC too), XYZ, CSV, TXT and PTS. What --memory, --threads, "
-        "--scratch\n"
-        "and --brick-points say never changes the result. About 5 mean spacings is a first "
+        "Reads PLY, LAS, LAZ (COPC too), PCD, Draco, XYZ, CSV, TXT and PTS, PLY and text behind\n"
+        "gzip, its own archives, and standard input as -. What --memory, --threads, --scratch\n"
+        "and --brick-points say never changes the result. About 5 mean spacings is a first\n"
         "alpha.\n\n"
         "Examples:\n"
         "  knap simplify scan.ply -o scan_archive --alpha 0.4\n"

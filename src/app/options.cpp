@@ -30,7 +30,8 @@ std::string type_name(const Parameter& parameter) {
         std::string operator()(std::vector<std::string>* /*field*/) const { return "NAME,..."; }
     };
     Job job;
-    return std::visit(Name{}, parameter.field(job));
+    return parameter.range.starts_with("a condition") ? "CONDITION"
+                                                      : std::visit(Name{}, parameter.field(job));
 }
 
 /// Help, then unit, range and default on a line of their own.

@@ -18,9 +18,13 @@ std::string count_row(std::string_view name, std::uint64_t count, std::uint64_t 
                        format_share(count, all));
 }
 
-std::string format_counts(const Counts& counts) {
+std::string format_counts(const Report& report) {
+    const Counts& counts = report.counts;
     std::string text = fmt::format("{:<16} {:>15}\n", "points in", format_count(counts.in));
     text += count_row("kept", counts.kept, counts.in);
+    if (report.protected_points > 0) {
+        text += count_row("  protected", report.protected_points, counts.in);
+    }
     text += count_row("represented", counts.represented, counts.in);
     text += count_row("merged", counts.merged, counts.in);
     text += count_row("rejected", counts.rejected, counts.in);
@@ -56,7 +60,7 @@ std::string format_extent(const Box& box) {
 }  // namespace
 
 std::string format_summary(const Report& report, double seconds) {
-    std::string text = format_counts(report.counts) + "\n";
+    std::string text = format_counts(report) + "\n";
     text += row("extent", format_extent(report.box));
     text += row("mean spacing", fmt::format("{:.6g} cloud units", report.spacing));
     text += row("mean |H|", fmt::format("{:.6g} / cloud unit", report.mean_curvature));

@@ -69,6 +69,11 @@ class AtomicFile {
     void write(std::span<const std::byte> bytes);
     void write(std::string_view text);
 
+    /// Replaces what was written before.
+    /// @param offset  offset + bytes.size() <= size()
+    /// @throws StorageError
+    void write_at(std::uint64_t offset, std::span<const std::byte> bytes);
+
     /// Bytes written so far.
     std::uint64_t size() const { return size_; }
 

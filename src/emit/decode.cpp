@@ -4,22 +4,24 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
+#include <cmath>
+#include <cstring>
 #include <functional>
-#include <iterator>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <system_error>
+#include <utility>
 #include <vector>
 
-#include "base/file.hpp"
+#include "emit/cloud_header.hpp"
 #include "emit/draco_tile.hpp"
 #include "emit/lattice.hpp"
-#include "emit/ply_writer.hpp"
 #include "input/draco_reader.hpp"
 #include "knap/archive.hpp"
 #include "knap/error.hpp"
+#include "output/cloud_writer.hpp"
 
 namespace knap {
 
@@ -27,85 +29,128 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Positions in blocks, each handed to `take`.
-struct PositionBlocks {
-    std::uint64_t points = 0;
-    std::string crs;
-    std::function<void(const std::function<void(std::span<const Vec3>)>& take)> for_each;
+/// Takes some points, and their rows of attributes.
+using TakePoints =
+    std::function<void(std::span<const Vec3> positions, std::span<const std::byte> rows)>;
+
+/// A cloud that can be read once, from its first point to its last.
+struct Cloud {
+    std::vector<CloudOrigin> origins;
+    CloudContent content;
+    std::function<void(const TakePoints& take)> for_each;
 };
 
-PositionBlocks archive_blocks(const fs::path& folder) {
-    Archive archive(folder);
-    PositionBlocks blocks;
-    for (const ManifestTile& tile : archive.manifest().tiles) {
-        blocks.points += tile.points;
+/// Columns as rows.
+std::vector<std::byte> rows_of(std::size_t points, std::span<const Attribute> attributes,
+                               std::span<const std::vector<std::byte>> columns) {
+    const std::size_t row = row_size(attributes);
+    std::vector<std::byte> rows(points * row);
+    std::size_t offset = 0;
+    for (std::size_t c = 0; c < columns.size(); ++c) {
+        const std::size_t size = attributes[c].value_size();
+        for (std::size_t i = 0; i < points; ++i) {
+            std::memcpy(rows.data() + i * row + offset, columns[c].data() + i * size, size);
+        }
+        offset += size;
     }
-    blocks.crs = archive.manifest().crs;
-    blocks.for_each = [archive = std::move(archive)](const auto& take) {
-        for (std::size_t i = 0; i < archive.manifest().tiles.size(); ++i) {
-            take(archive.read_tile(i));
+    return rows;
+}
+
+CoordinateFormat grid_of(const Lattice& lattice) {
+    return {CoordinateKind::kInt32, {lattice.step, lattice.step, lattice.step}, lattice.origin};
+}
+
+/// The grid that all points of an archive lie on: that of its sources, if they have the same one
+/// and it is no finer than the lattice; else the lattice itself.
+CoordinateFormat grid_of(const Manifest& manifest) {
+    constexpr double kTolerance = 1e-9;
+    const CoordinateFormat& first = manifest.sources.front().coordinates;
+    bool same = first.kind == CoordinateKind::kInt32;
+    for (const ManifestSource& source : manifest.sources) {
+        same = same && source.coordinates == first;
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+        const double ratio = first.scale[axis] / manifest.lattice.step;
+        same = same && ratio > 0.5 && std::abs(ratio - std::round(ratio)) <= kTolerance * ratio;
+    }
+    return same ? first : grid_of(manifest.lattice);
+}
+
+Cloud archive_cloud(const fs::path& folder) {
+    const auto archive = std::make_shared<const Archive>(folder);
+    const Manifest& manifest = archive->manifest();
+    Cloud cloud;
+    for (const ManifestTile& tile : manifest.tiles) {
+        cloud.content.points += tile.points;
+    }
+    cloud.content.attributes = manifest.attributes;
+    cloud.content.box = manifest.box;
+    cloud.content.step = manifest.lattice.step;
+    const CoordinateFormat grid =
+        manifest.sources.empty() ? grid_of(manifest.lattice) : grid_of(manifest);
+    for (const ManifestSource& source : manifest.sources) {
+        cloud.origins.push_back({source.path, grid, source.crs, source.las});
+    }
+    if (cloud.origins.empty()) {
+        cloud.origins.push_back({folder.string(), grid, manifest.crs, std::nullopt});
+    }
+    cloud.for_each = [archive](const TakePoints& take) {
+        const Manifest& of = archive->manifest();
+        for (std::size_t i = 0; i < of.tiles.size(); ++i) {
+            const Tile tile = archive->read_whole_tile(i);
+            take(tile.positions, rows_of(tile.positions.size(), of.attributes, tile.columns));
         }
     };
-    return blocks;
+    return cloud;
 }
 
-PositionBlocks draco_blocks(const fs::path& file) {
-    const DracoCloud cloud = read_draco(file);
-    std::vector<Vec3> positions;
-    positions.reserve(cloud.positions.size());
-    if (cloud.lattice) {
-        const DecodedTile tile = on_lattice(cloud, file);
+Cloud draco_cloud(const fs::path& file) {
+    DracoCloud draco = read_draco(file);
+    auto positions = std::make_shared<std::vector<Vec3>>();
+    positions->reserve(draco.positions.size());
+    DracoColumns columns;
+    Cloud cloud;
+    cloud.content.step = 1;
+    CloudOrigin origin{file.string(), {}, "", std::nullopt};
+    if (draco.lattice) {
+        DecodedTile tile = on_lattice(std::move(draco), file);
         for (const LatticeIndex& index : tile.points) {
-            positions.push_back(position_of(tile.lattice, index));
+            positions->push_back(position_of(tile.lattice, index));
         }
+        cloud.content.step = tile.lattice.step;
+        origin.coordinates = grid_of(tile.lattice);
+        origin.crs = tile.crs;
+        columns = std::move(tile.columns);
     } else {
-        for (const std::array<float, 3>& position : cloud.positions) {
-            positions.push_back({position[0], position[1], position[2]});
+        for (const std::array<float, 3>& position : draco.positions) {
+            positions->push_back({position[0], position[1], position[2]});
         }
+        columns = std::move(draco.columns);
     }
-    PositionBlocks blocks;
-    blocks.points = positions.size();
-    blocks.crs = cloud.lattice ? cloud.lattice->crs : "";
-    blocks.for_each = [positions = std::move(positions)](const auto& take) { take(positions); };
-    return blocks;
-}
-
-DecodeResult write_ply(const PositionBlocks& blocks, const fs::path& output) {
-    std::vector<std::string> comments{fmt::format("knap {}", KNAP_VERSION)};
-    if (!blocks.crs.empty()) {
-        comments.push_back(fmt::format("crs {}", blocks.crs));
+    for (const Vec3& position : *positions) {
+        cloud.content.box.extend(position);
     }
-    PlyWriter writer(output, blocks.points, PlyWriter::Precision::kDouble, comments);
-    blocks.for_each([&](std::span<const Vec3> positions) { writer.append(positions); });
-    return {blocks.points, writer.finish()};
-}
-
-DecodeResult write_xyz(const PositionBlocks& blocks, const fs::path& output) {
-    AtomicFile file(output);
-    blocks.for_each([&](std::span<const Vec3> positions) {
-        fmt::memory_buffer text;
-        for (const Vec3& p : positions) {
-            fmt::format_to(std::back_inserter(text), "{} {} {}\n", p.x, p.y, p.z);
-            if (text.size() >= (std::size_t{1} << 20)) {
-                file.write(std::string_view(text.data(), text.size()));
-                text.clear();
-            }
-        }
-        file.write(std::string_view(text.data(), text.size()));
-    });
-    file.commit();
-    return {blocks.points, file.size()};
+    if (origin.coordinates.kind != CoordinateKind::kInt32 && cloud.content.box.diagonal() > 0) {
+        // As fine as floats are at the far end of the box.
+        cloud.content.step = std::exp2(std::ilogb(cloud.content.box.diagonal()) - 23);
+    }
+    cloud.origins.push_back(std::move(origin));
+    cloud.content.points = positions->size();
+    cloud.content.attributes = columns.attributes;
+    auto rows = std::make_shared<std::vector<std::byte>>(
+        rows_of(positions->size(), columns.attributes, columns.values));
+    cloud.for_each = [positions, rows](const TakePoints& take) { take(*positions, *rows); };
+    return cloud;
 }
 
 }  // namespace
 
 DecodeResult decode(const fs::path& input, const fs::path& output, bool overwrite) {
-    std::string ending = output.extension().string();
-    std::transform(ending.begin(), ending.end(), ending.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    if (ending != ".ply" && ending != ".xyz") {
-        throw ConfigError(fmt::format("{}: expected an output ending in .ply or .xyz, found \"{}\"",
-                                      output.string(), ending));
+    const std::optional<CloudFormat> format = cloud_format_of(output);
+    if (!format) {
+        throw ConfigError(
+            fmt::format("{}: expected an output ending in .ply, .las, .laz or .xyz, found \"{}\"",
+                        output.string(), output.extension().string()));
     }
     std::error_code error;
     if (fs::is_directory(output, error)) {
@@ -114,9 +159,14 @@ DecodeResult decode(const fs::path& input, const fs::path& output, bool overwrit
     if (fs::exists(fs::symlink_status(output, error)) && !overwrite) {
         throw ConfigError(fmt::format("{}: exists (needs --overwrite)", output.string()));
     }
-    const PositionBlocks blocks =
-        fs::is_directory(input, error) ? archive_blocks(input) : draco_blocks(input);
-    return ending == ".ply" ? write_ply(blocks, output) : write_xyz(blocks, output);
+    Cloud cloud = fs::is_directory(input, error) ? archive_cloud(input) : draco_cloud(input);
+    cloud.content.as_stored = false;
+    const HeaderWithNotes made = make_cloud_header(*format, cloud.origins, cloud.content);
+    const std::unique_ptr<CloudWriter> writer = open_cloud_writer(output, made.header);
+    cloud.for_each([&](std::span<const Vec3> positions, std::span<const std::byte> rows) {
+        writer->append(positions, rows);
+    });
+    return {cloud.content.points, writer->finish(), made.notes};
 }
 
 }  // namespace knap

@@ -15,8 +15,8 @@
 #include "emit/kept_points.hpp"
 #include "emit/lattice.hpp"
 #include "emit/output_check.hpp"
-#include "emit/ply_writer.hpp"
 #include "emit/scratch_tiles.hpp"
+#include "emit/single_file.hpp"
 #include "emit/tiles.hpp"
 #include "knap/archive.hpp"
 #include "knap/error.hpp"
@@ -101,7 +101,8 @@ std::vector<ManifestSource> manifest_sources(const SourceTable& sources) {
                           .xxh3 = source.xxh3,
                           .coordinates = source.info.coordinates,
                           .schema = source.info.schema,
-                          .crs = source.info.crs});
+                          .crs = source.info.crs,
+                          .las = source.info.las});
     }
     return result;
 }
@@ -194,23 +195,6 @@ EmitResult emit_draco(const KeptPoints& kept, const EmitRequest& request) {
     return result;
 }
 
-EmitResult emit_ply(const KeptPoints& kept, const EmitRequest& request) {
-    const std::vector<SourceEntry>& sources = kept.sources.sources();
-    const bool floats = std::all_of(sources.begin(), sources.end(), [](const SourceEntry& source) {
-        return source.info.coordinates.kind == CoordinateKind::kFloat32;
-    });
-    const std::filesystem::path path = output_path(request.output.path);
-    PlyWriter writer(path, kept.selection.count(),
-                     floats ? PlyWriter::Precision::kFloat : PlyWriter::Precision::kDouble,
-                     {fmt::format("knap {}", KNAP_VERSION)});
-    const auto append = [&](const KeptBlock& block) { writer.append(block.positions); };
-    read_kept_in_order(kept, request.threads, append, request.advance);
-    EmitResult result{path, 0, writer.size()};
-    request.on_whole(result, path.parent_path());
-    writer.finish();
-    return result;
-}
-
 }  // namespace
 
 std::vector<std::pair<std::string, std::string>> result_parameters(const Job& job) {
@@ -232,7 +216,7 @@ std::uint64_t emit_memory_bytes(std::uint64_t kept, const OutputParams& output,
         case OutputKind::kDraco:
             return kept * (sizeof(LatticeIndex) + sizeof(CarryingPoint) + attributes.row_size) +
                    encode_memory_bytes(kept, attributes.attributes);
-        case OutputKind::kPly:
+        case OutputKind::kCloud:
             break;
     }
     return 0;
@@ -247,10 +231,10 @@ EmitResult emit(const SourceTable& sources, const Selection& selection,
             return emit_archive(kept, request);
         case OutputKind::kDraco:
             return emit_draco(kept, request);
-        case OutputKind::kPly:
+        case OutputKind::kCloud:
             break;
     }
-    return emit_ply(kept, request);
+    return emit_single_file(kept, request);
 }
 
 }  // namespace knap

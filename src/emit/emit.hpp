@@ -55,9 +55,9 @@ std::vector<std::pair<std::string, std::string>> result_parameters(const Job& jo
 std::uint64_t emit_memory_bytes(std::uint64_t kept, const OutputParams& output,
                                 const AttributePlan& attributes = {});
 
-/// Writes the kept points: an archive folder, a single Draco file, or a PLY with the exact
-/// positions in source order, for which the sources are streamed a last time. A cloud without kept
-/// points gives an archive without tiles, or a file without points.
+/// Writes the kept points: an archive folder, a single Draco file, or an ordinary file with the
+/// exact positions in source order, for which the sources are streamed a last time. A cloud without
+/// kept points gives an archive without tiles, or a file without points.
 ///
 /// @param selection  finished, of sources.points() ids
 /// @throws ConfigError   if the lattice step does not suit the box, or a single Draco file

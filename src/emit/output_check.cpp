@@ -10,6 +10,7 @@
 
 #include "base/file.hpp"
 #include "knap/error.hpp"
+#include "output/cloud_writer.hpp"
 #include "store/manifest.hpp"
 
 namespace knap {
@@ -23,9 +24,8 @@ constexpr std::string_view kIdsKey = "output.ids (--ids)";
 constexpr std::string_view kReportKey = "output.report (--report)";
 
 // A folder of such a name is never what was meant.
-constexpr std::array<std::string_view, 13> kUnwritable{".las", ".laz", ".xyz", ".txt", ".csv",
-                                                       ".pts", ".ptx", ".pcd", ".obj", ".stl",
-                                                       ".e57", ".off", ".toml"};
+constexpr std::array<std::string_view, 10> kUnwritable{".txt", ".csv", ".pts", ".ptx", ".pcd",
+                                                       ".obj", ".stl", ".e57", ".off", ".toml"};
 
 std::string ending_of(const fs::path& path) {
     std::string ending = path.extension().string();
@@ -65,7 +65,9 @@ void check_writable(std::string_view key, const fs::path& path) {
 void check_no_input(std::string_view key, const fs::path& path, std::span<const fs::path> inputs) {
     for (const fs::path& input : inputs) {
         std::error_code ignored;
-        if (fs::equivalent(path, input, ignored)) {
+        // An archive is read by its manifest; another must not take its folder.
+        if (fs::equivalent(path, input, ignored) ||
+            fs::equivalent(path, input.parent_path(), ignored)) {
             refuse(key, path, "expected an output that is no input");
         }
     }
@@ -119,13 +121,14 @@ OutputKind output_kind(const std::string& path) {
     if (ending == ".drc") {
         return OutputKind::kDraco;
     }
-    if (ending == ".ply") {
-        return OutputKind::kPly;
+    if (cloud_format_of(output_path(path))) {
+        return OutputKind::kCloud;
     }
     if (std::find(kUnwritable.begin(), kUnwritable.end(), ending) != kUnwritable.end()) {
-        refuse(
-            kOutputKey, path,
-            fmt::format("expected a folder, or a file ending in .drc or .ply, found {}", ending));
+        refuse(kOutputKey, path,
+               fmt::format("expected a folder, or a file ending in .drc, .ply, .las, .laz or .xyz, "
+                           "found {}",
+                           ending));
     }
     return OutputKind::kArchive;
 }
@@ -145,6 +148,10 @@ fs::path report_path(const std::string& path) {
 void check_output(const OutputParams& output, std::span<const fs::path> inputs) {
     const OutputKind kind = output_kind(output.path);
     const fs::path path = output_path(output.path);
+    if (output.flag && kind != OutputKind::kCloud) {
+        refuse("output.flag (--flag)", path,
+               "expected a file ending in .ply, .las, .laz or .xyz, found Draco");
+    }
     check_no_input(kOutputKey, path, inputs);
     if (kind == OutputKind::kArchive) {
         check_folder(path, output.overwrite);

@@ -12,9 +12,13 @@
 namespace knap {
 
 /// What an output path asks for.
-enum class OutputKind { kArchive, kDraco, kPly };
+enum class OutputKind {
+    kArchive,
+    kDraco,
+    kCloud,  ///< an ordinary file: PLY, LAS, LAZ, XYZ
+};
 
-/// The kind by the ending, in any case: .drc, .ply, otherwise an archive folder.
+/// The kind by the ending, in any case: .drc; .ply, .las, .laz, .xyz; otherwise an archive folder.
 /// @throws ConfigError for endings of clouds that knap does not write
 OutputKind output_kind(const std::string& path);
 

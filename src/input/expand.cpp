@@ -9,6 +9,7 @@
 #include "input/recognise.hpp"
 #include "knap/error.hpp"
 #include "knap/source.hpp"
+#include "store/manifest.hpp"
 
 namespace knap {
 
@@ -20,13 +21,29 @@ bool is_hidden(const fs::path& path) {
     return path.filename().string().starts_with('.');
 }
 
-/// All point clouds below a folder, sorted by path. Hidden files and folders are left out.
+/// An archive that a job is at work on, or left to go on with, and its files.
+bool is_unfinished(const fs::path& path) {
+    return path.extension() == ".partial";
+}
+
+/// Is this folder a knap archive? Then it is one point cloud, whatever files it has.
+bool is_archive(const fs::path& folder) {
+    const fs::path manifest = folder / kManifestName;
+    std::error_code ignored;
+    return fs::is_regular_file(manifest, ignored) &&
+           recognise(InputFile(manifest)).format == FileFormat::kArchive;
+}
+
+/// All point clouds below a folder, sorted by path. Hidden and unfinished ones are left out.
 std::vector<fs::path> list_folder(const fs::path& folder, std::vector<fs::path>* left_out) {
     std::vector<fs::path> files;
     try {
         for (auto entry = fs::recursive_directory_iterator(folder); entry != fs::end(entry);
              ++entry) {
-            if (is_hidden(entry->path())) {
+            if (is_hidden(entry->path()) || is_unfinished(entry->path())) {
+                entry.disable_recursion_pending();
+            } else if (entry->is_directory() && is_archive(entry->path())) {
+                files.push_back(entry->path() / kManifestName);
                 entry.disable_recursion_pending();
             } else if (entry->is_regular_file()) {
                 if (recognise(InputFile(entry->path())).certain) {
@@ -62,7 +79,9 @@ std::vector<fs::path> match(const std::string& pattern) {
 }
 
 void append(std::vector<fs::path>& files, const fs::path& path, std::vector<fs::path>* left_out) {
-    if (fs::is_directory(path)) {
+    if (is_archive(path)) {
+        files.push_back(path / kManifestName);
+    } else if (fs::is_directory(path)) {
         const std::vector<fs::path> inside = list_folder(path, left_out);
         files.insert(files.end(), inside.begin(), inside.end());
     } else {

@@ -1,8 +1,11 @@
 #include <fmt/format.h>
 
+#include <system_error>
 #include <utility>
 
 #include "base/file.hpp"
+#include "input/archive_source.hpp"
+#include "input/draco_source.hpp"
 #include "input/gzip.hpp"
 #include "input/las_source.hpp"
 #include "input/pcd_source.hpp"
@@ -11,6 +14,7 @@
 #include "input/text_source.hpp"
 #include "knap/error.hpp"
 #include "knap/source.hpp"
+#include "store/manifest.hpp"
 
 namespace knap {
 
@@ -24,6 +28,10 @@ std::unique_ptr<PointSource> open_as(FileFormat format, InputFile file) {
             return open_las(std::move(file));
         case FileFormat::kPcd:
             return open_pcd(std::move(file));
+        case FileFormat::kDraco:
+            return open_draco(std::move(file));
+        case FileFormat::kArchive:
+            return open_archive(std::move(file));
         case FileFormat::kText:
             break;
     }
@@ -33,7 +41,9 @@ std::unique_ptr<PointSource> open_as(FileFormat format, InputFile file) {
 }  // namespace
 
 std::unique_ptr<PointSource> open_source(const std::filesystem::path& path) {
-    InputFile file(path);
+    const std::filesystem::path manifest = path / kManifestName;
+    std::error_code ignored;
+    InputFile file(std::filesystem::exists(manifest, ignored) ? manifest : path);
     if (file.size() == 0) {
         throw InputError(
             fmt::format("{}: expected a point cloud, found an empty file", path.string()));
@@ -41,7 +51,8 @@ std::unique_ptr<PointSource> open_source(const std::filesystem::path& path) {
     const Recognition recognition = recognise(file);
     if (!recognition.format) {
         throw InputError(
-            fmt::format("{}: expected PLY, LAS, LAZ, PCD or text with x, y and z, found {}",
+            fmt::format("{}: expected PLY, LAS, LAZ, PCD, Draco, a knap archive or text with x, y "
+                        "and z, found {}",
                         path.string(), recognition.found));
     }
     return open_as(*recognition.format,

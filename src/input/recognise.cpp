@@ -29,14 +29,12 @@ constexpr std::array kForeignStarts{
             "an xz file: decompress it first"},
     Foreign{"\x28\xb5\x2f\xfd"sv, "a zstd file: decompress it first"},
     Foreign{"ASTM-E57"sv, "an E57 file: convert it to LAZ or PLY first"},
-    Foreign{"DRACO"sv, "a Draco file: decode it to PLY first"},
     Foreign{"\x89HDF"sv, "an HDF5 file: convert it to LAZ or PLY first"},
     Foreign{"version https://git-lfs"sv, "a Git LFS pointer: fetch the file itself first"},
 };
 constexpr std::array kForeignEndings{
     Foreign{".ptx"sv, "a PTX file: convert it to PLY first"},
     Foreign{".e57"sv, "an E57 file: convert it to LAZ or PLY first"},
-    Foreign{".drc"sv, "a Draco file: decode it to PLY first"},
 };
 constexpr std::array kPointEndings{".xyz"sv, ".pts"sv, ".asc"sv};
 constexpr std::array kTableEndings{".txt"sv, ".csv"sv, ".tsv"sv};
@@ -94,6 +92,12 @@ Recognition recognise_content(const InputFile& file, const std::string& ending) 
         if (head.starts_with(foreign.sign)) {
             return refuse(foreign.found);
         }
+    }
+    if (head.starts_with("DRACO") || ending == ".drc") {
+        return {.format = FileFormat::kDraco, .gzipped = false, .certain = true, .found = {}};
+    }
+    if (head.starts_with("{") && head.find("\"knap archive\"") != std::string_view::npos) {
+        return {.format = FileFormat::kArchive, .gzipped = false, .certain = true, .found = {}};
     }
     if (head.starts_with("# .PCD") || ending == ".pcd") {
         return {.format = FileFormat::kPcd, .gzipped = false, .certain = true, .found = {}};

@@ -7,7 +7,7 @@
 
 namespace knap {
 
-enum class FileFormat { kPly, kLas, kPcd, kText };
+enum class FileFormat { kPly, kLas, kPcd, kDraco, kArchive, kText };
 
 /// What a file is, told by its first bytes and then by its ending.
 struct Recognition {

@@ -112,6 +112,7 @@ class Emitting {
         report.sources = stage_.table.sources().size();
         report.bricks = stage_.ranked.bricks.size();
         report.stragglers = stage_.ranked.stragglers;
+        report.protected_points = stage_.merged.protected_points;
         report.tiles = emitted.tiles;
         report.output_bytes = emitted.bytes;
         report.output = emitted.path;

@@ -57,7 +57,9 @@ class Merging {
                                     wanted_points(stage_.range, stage_.table.points()));
     }
     bool is_search() const { return wanted() > 0; }
-    bool runs_stay() const { return is_search() || repairs(stage_.range); }
+    bool runs_stay() const {
+        return is_search() || repairs(stage_.range) || !stage_.range.keep.empty();
+    }
     fs::path file() const { return stage_.scratch.path() / kMergedFile; }
 
     Merged merge_once() {
@@ -65,13 +67,13 @@ class Merging {
         MergeRequest request = request_for(range);
         if (runs_stay()) {
             request.on_settled = stage_.files.attempt_keeper();
-            return {merge(stage_.files.parts(), request, advance_), range.alpha, {}};
+            return {merge(stage_.files.parts(), request, advance_), range.alpha, 0, {}};
         }
         request.on_settled = stage_.files.keeper();
         request.on_walked = stage_.files.walk_keeper();
         MergeResult result = merge(stage_.files.parts(), request, advance_);
         stage_.files.finish_walk();
-        return {std::move(result), range.alpha, {}};
+        return {std::move(result), range.alpha, 0, {}};
     }
 
     // The runs stay until the last attempt has settled it, and for emit.

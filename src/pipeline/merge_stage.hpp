@@ -17,7 +17,8 @@ namespace knap {
 /// What is kept of an archive, and the alpha that did it.
 struct Merged {
     MergeResult result;
-    double alpha = 0;  ///< cloud units
+    double alpha = 0;                    ///< cloud units
+    std::uint64_t protected_points = 0;  ///< kept for the sake of range.keep alone
     /// Ranked runs that hold every kept point.
     std::vector<std::filesystem::path> runs;
 };

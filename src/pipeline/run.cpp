@@ -19,6 +19,7 @@
 #include "pipeline/forecast.hpp"
 #include "pipeline/identity.hpp"
 #include "pipeline/job_log.hpp"
+#include "pipeline/keep_stage.hpp"
 #include "pipeline/merge_stage.hpp"
 #include "pipeline/rank_log.hpp"
 #include "pipeline/repair.hpp"
@@ -94,6 +95,12 @@ class Pipeline {
             if (repairs(job_.range)) {
                 clock_.time("repair", ranked.points, [&](const auto& advance) {
                     repair_archive(stage, merged, advance);
+                    return merged.result.kept;
+                });
+            }
+            if (!job_.range.keep.empty()) {
+                clock_.time("keep", bricks.table.points(), [&](const auto& advance) {
+                    protect_points(stage, threads_, merged, advance);
                     return merged.result.kept;
                 });
             }
@@ -330,7 +337,10 @@ class Pipeline {
     }
 
     std::uint64_t beside_selection(const SourceTable& table) const {
-        return budgets_.stage - std::min(budgets_.stage, Selection::memory_bytes(table.points()));
+        // With range.keep, or all points written, there is one more for a while.
+        const bool two = !job_.range.keep.empty() || job_.output.flag;
+        const std::uint64_t bytes = (two ? 2 : 1) * Selection::memory_bytes(table.points());
+        return budgets_.stage - std::min(budgets_.stage, bytes);
     }
 
     const Job& job_;
@@ -351,6 +361,7 @@ Report run(const Job& job, Progress& progress) {
     const std::vector<fs::path> files = find_sources(job, progress);
     check_output(job.output, files);
     check_attributes(job, files);
+    check_keep(job, files);
     return Pipeline(job, files, progress).run();
 }
 

@@ -1,5 +1,7 @@
 #include "knap/simplify.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <iterator>
@@ -11,6 +13,7 @@
 
 #include "base/extent.hpp"
 #include "base/threads.hpp"
+#include "knap/error.hpp"
 #include "merge/alpha_search.hpp"
 #include "merge/merge.hpp"
 #include "merge/range_law.hpp"
@@ -150,6 +153,12 @@ SimplifyResult simplify(std::span<const Vec3> points, const SimplifyParams& para
     job.range = params.range;
     job.resources.threads = params.threads;
     validate(job);
+    if (!params.range.keep.empty()) {
+        throw ConfigError(
+            fmt::format("range.keep: expected none for points in memory, which have no attributes, "
+                        "found \"{}\"",
+                        params.range.keep));
+    }
     const ThreadLimit limit(thread_count(params.threads));
 
     SimplifyResult result;

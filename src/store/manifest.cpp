@@ -13,6 +13,7 @@
 #include "base/file.hpp"
 #include "knap/error.hpp"
 #include "store/json_node.hpp"
+#include "store/las_json.hpp"
 
 namespace knap {
 
@@ -62,18 +63,22 @@ Json source_json(const ManifestSource& source) {
     for (const Attribute& attribute : source.schema) {
         schema.push_back(attribute_json(attribute));
     }
-    return {{"path", source.path},
-            {"format", source.format},
-            {"points", source.points},
-            {"rejected", source.rejected},
-            {"bytes", source.bytes},
-            {"xxh3", source.xxh3},
-            {"coordinates",
-             {{"kind", kind},
-              {"scale", triple_json(source.coordinates.scale)},
-              {"offset", triple_json(source.coordinates.offset)}}},
-            {"schema", schema},
-            {"crs", source.crs}};
+    Json json{{"path", source.path},
+              {"format", source.format},
+              {"points", source.points},
+              {"rejected", source.rejected},
+              {"bytes", source.bytes},
+              {"xxh3", source.xxh3},
+              {"coordinates",
+               {{"kind", kind},
+                {"scale", triple_json(source.coordinates.scale)},
+                {"offset", triple_json(source.coordinates.offset)}}},
+              {"schema", schema},
+              {"crs", source.crs}};
+    if (source.las) {
+        json["las"] = las_json(*source.las);
+    }
+    return json;
 }
 
 Json tile_json(const ManifestTile& tile) {
@@ -146,6 +151,9 @@ ManifestSource source_from(const JsonNode& node) {
         source.schema.push_back(attribute_from(attribute));
     }
     source.crs = node.at("crs").text();
+    if (node.has("las")) {
+        source.las = las_from(node.at("las"));
+    }
     return source;
 }
 

@@ -6,7 +6,11 @@ if(NOT AFTER)
 endif()
 
 separate_arguments(arguments UNIX_COMMAND "${ARGUMENTS}")
-execute_process(COMMAND ${KNAP} ${arguments} WORKING_DIRECTORY ${FOLDER}
+set(input INPUT_FILE /dev/null)
+if(INPUT)
+    set(input INPUT_FILE ${FOLDER}/${INPUT})
+endif()
+execute_process(COMMAND ${KNAP} ${arguments} WORKING_DIRECTORY ${FOLDER} ${input}
                 RESULT_VARIABLE status OUTPUT_VARIABLE stdout ERROR_VARIABLE stderr)
 
 function(fail what expected found)

@@ -13,8 +13,8 @@
 
 #include "base/file.hpp"
 #include "emit/emit.hpp"
-#include "emit/ply_writer.hpp"
 #include "knap/archive.hpp"
+#include "output/ply_writer.hpp"
 #include "support/clouds.hpp"
 
 /// What tests of the output share.
