@@ -165,6 +165,10 @@ class Pipeline {
                 fmt::format("goes on with the unfinished run in {}", scratch_.path().string()));
             return;
         }
+        scratch_.keep(before != nullptr);
+        check_attributes(job_, files_);
+        check_keep(job_, files_);
+        scratch_.keep(false);
         log_.clear();
         scratch_.clear();
         remove_unfinished_output();
@@ -360,8 +364,6 @@ Report run(const Job& job, Progress& progress) {
     validate(job);
     const std::vector<fs::path> files = find_sources(job, progress);
     check_output(job.output, files);
-    check_attributes(job, files);
-    check_keep(job, files);
     return Pipeline(job, files, progress).run();
 }
 
