@@ -125,7 +125,7 @@ std::unique_ptr<PointSource> open_archive(const InputFile& manifest_file) {
     // A granularity of 1 would say that points lie ready.
     info.seek_granularity = std::max<std::uint64_t>(info.seek_granularity, 2);
     info.declared_count = count;
-    return open_tiles(std::move(info), std::move(tile_points),
+    return open_tiles(std::move(info), tile_points,
                       [folder, manifest = std::move(manifest)](std::size_t tile) {
                           return load_tile(folder, manifest, tile);
                       });

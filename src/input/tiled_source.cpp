@@ -177,7 +177,8 @@ std::vector<Attribute> schema_of_tiles(ScalarType coordinates,
     return schema;
 }
 
-std::unique_ptr<PointSource> open_tiles(SourceInfo info, std::vector<std::uint64_t> tile_points,
+std::unique_ptr<PointSource> open_tiles(SourceInfo info,
+                                        const std::vector<std::uint64_t>& tile_points,
                                         LoadTile load) {
     return std::make_unique<TiledSource>(std::move(info), tile_points, std::move(load));
 }

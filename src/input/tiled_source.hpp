@@ -46,7 +46,8 @@ std::vector<Attribute> schema_of_tiles(ScalarType coordinates,
 /// A source whose points come in tiles, one of which is in memory at a time.
 /// @param info         its schema as schema_of_tiles() gave it
 /// @param tile_points  of each tile
-std::unique_ptr<PointSource> open_tiles(SourceInfo info, std::vector<std::uint64_t> tile_points,
+std::unique_ptr<PointSource> open_tiles(SourceInfo info,
+                                        const std::vector<std::uint64_t>& tile_points,
                                         LoadTile load);
 
 }  // namespace knap

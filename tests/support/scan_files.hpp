@@ -20,7 +20,8 @@
 
 #ifdef __SANITIZE_ADDRESS__
 /// LASzip 3.5 forgets one layer of each decoder of "version 4" items: not ours to report.
-extern "C" __attribute__((used, weak)) const char* __lsan_default_suppressions() {
+extern "C" __attribute__((used, weak, visibility("default"))) const char*
+__lsan_default_suppressions() {
     return "leak:liblaszip";
 }
 #endif
