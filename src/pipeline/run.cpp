@@ -65,6 +65,7 @@ class Pipeline {
     Report run() {
         take_up();
         try {
+            check_attributes(job_, files_);
             const Scattered bricks = cut();
             BrickMaker maker(bricks.table, bricks.plan, bricks.files, scratch_.path(),
                              job_.curvature, needs_frames(job_.range), threads_,
@@ -360,7 +361,6 @@ Report run(const Job& job, Progress& progress) {
     validate(job);
     const std::vector<fs::path> files = find_sources(job, progress);
     check_output(job.output, files);
-    check_attributes(job, files);
     check_keep(job, files);
     return Pipeline(job, files, progress).run();
 }
