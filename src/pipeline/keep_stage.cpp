@@ -80,7 +80,7 @@ class Protecting {
     void for_each_ranked(const std::function<void(const RankedPoint&)>& visit) {
         std::mutex mutex;
         parallel_tasks(stage_.ranked.bricks.size(), [&](std::size_t brick) {
-            const MergeFiles::TakeRanked take = [&](std::span<const RankedPoint> points) {
+            MergeFiles::TakeRanked take = [&](std::span<const RankedPoint> points) {
                 const std::scoped_lock lock(mutex);
                 std::for_each(points.begin(), points.end(), visit);
             };
