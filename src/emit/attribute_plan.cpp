@@ -137,7 +137,8 @@ struct Copy {
                 From value{};
                 std::memcpy(&value, column + points[i] * value_size + k * sizeof value,
                             sizeof value);
-                const To as_held = static_cast<To>(value);
+                // Only types that hold all values of From are asked for: the sign is kept.
+                const To as_held = static_cast<To>(value);  // NOLINT(bugprone-signed-char-misuse)
                 std::memcpy(out + i * row_size + k * sizeof as_held, &as_held, sizeof as_held);
             }
         }

@@ -111,8 +111,9 @@ class LasMerge {
             }
         }
         // Extended records are the last ones.
-        std::stable_sort(common_->records.begin(), common_->records.end(),
-                         [](const LasVlr& a, const LasVlr& b) { return a.extended < b.extended; });
+        std::stable_sort(
+            common_->records.begin(), common_->records.end(),
+            [](const LasVlr& a, const LasVlr& b) { return !a.extended && b.extended; });
     }
 
     std::vector<std::string>& notes_;

@@ -216,7 +216,7 @@ class Fingerprint {
     void add(const LatticeIndex& point, std::span<const std::byte> row) {
         bytes_.resize(sizeof point + row.size());
         std::memcpy(bytes_.data(), point.data(), sizeof point);
-        std::memcpy(bytes_.data() + sizeof point, row.data(), row.size());
+        std::copy(row.begin(), row.end(), bytes_.begin() + sizeof point);
         const std::uint64_t hash = xxh3_64(bytes_);
         sum_ += in_order_ ? splitmix64(hash ^ count_) : hash;
         ++count_;

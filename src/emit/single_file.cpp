@@ -89,7 +89,7 @@ class FlaggedRows {
         for (std::size_t i = 0; i < block.ids.size(); ++i) {
             const auto row = block.rows.subspan(i * row_size_, row_size_);
             to = std::copy(row.begin(), row.end(), to);
-            *to++ = std::byte{kept_.test(block.ids[i])};
+            *to++ = std::byte{kept_.test(block.ids[i]) ? std::uint8_t{1} : std::uint8_t{0}};
         }
         return rows_;
     }
@@ -127,7 +127,7 @@ EmitResult emit_single_file(const KeptPoints& kept, const EmitRequest& request) 
     };
     const KeptPoints points{kept.sources, written, {}, kept.attributes, kept.note};
     read_kept_in_order(points, request.threads, append, request.advance);
-    const EmitResult result{path, 0, writer->complete()};
+    EmitResult result{path, 0, writer->complete()};
     request.on_whole(result, path.parent_path());
     writer->commit();
     return result;

@@ -27,6 +27,7 @@ struct LatticeBounds {
 struct CarryingPoint {
     LatticeIndex index{};
     std::uint64_t row = 0;
+    // NOLINTNEXTLINE(modernize-use-nullptr): a mistake of clang-tidy 14
     friend auto operator<=>(const CarryingPoint&, const CarryingPoint&) = default;
 };
 

@@ -18,11 +18,12 @@ namespace {
 
 using enum ScalarType;
 
-constexpr LasField bits(const char* name, std::size_t offset, unsigned shift, unsigned width) {
+constexpr LasRecordField bits(const char* name, std::size_t offset, unsigned shift,
+                              unsigned width) {
     return {name, kUint8, offset, shift, width};
 }
 
-constexpr std::array kLegacy{LasField{"intensity", kUint16, 12},
+constexpr std::array kLegacy{LasRecordField{"intensity", kUint16, 12},
                              bits("return_number", 14, 0, 3),
                              bits("number_of_returns", 14, 3, 3),
                              bits("scan_direction", 14, 6, 1),
@@ -31,10 +32,10 @@ constexpr std::array kLegacy{LasField{"intensity", kUint16, 12},
                              bits("synthetic", 15, 5, 1),
                              bits("key_point", 15, 6, 1),
                              bits("withheld", 15, 7, 1),
-                             LasField{"scan_angle_rank", kInt8, 16},
-                             LasField{"user_data", kUint8, 17},
-                             LasField{"point_source_id", kUint16, 18}};
-constexpr std::array kExtended{LasField{"intensity", kUint16, 12},
+                             LasRecordField{"scan_angle_rank", kInt8, 16},
+                             LasRecordField{"user_data", kUint8, 17},
+                             LasRecordField{"point_source_id", kUint16, 18}};
+constexpr std::array kExtended{LasRecordField{"intensity", kUint16, 12},
                                bits("return_number", 14, 0, 4),
                                bits("number_of_returns", 14, 4, 4),
                                bits("synthetic", 15, 0, 1),
@@ -44,11 +45,11 @@ constexpr std::array kExtended{LasField{"intensity", kUint16, 12},
                                bits("scanner_channel", 15, 4, 2),
                                bits("scan_direction", 15, 6, 1),
                                bits("edge_of_flight_line", 15, 7, 1),
-                               LasField{"classification", kUint8, 16},
-                               LasField{"user_data", kUint8, 17},
-                               LasField{"scan_angle", kInt16, 18},
-                               LasField{"point_source_id", kUint16, 20},
-                               LasField{"gps_time", kFloat64, 22}};
+                               LasRecordField{"classification", kUint8, 16},
+                               LasRecordField{"user_data", kUint8, 17},
+                               LasRecordField{"scan_angle", kInt16, 18},
+                               LasRecordField{"point_source_id", kUint16, 20},
+                               LasRecordField{"gps_time", kFloat64, 22}};
 constexpr std::array<const char*, 3> kColours{"red", "green", "blue"};
 
 // Of the formats 0 to 8; those that are not written have 0.
@@ -59,8 +60,8 @@ constexpr double kScanAngleScale = 0.006;
 constexpr std::size_t kLongestRecord = 65535;
 constexpr std::size_t kNameBytes = 32;
 
-std::vector<LasField> fields_of(int format) {
-    std::vector<LasField> fields;
+std::vector<LasRecordField> fields_of(int format) {
+    std::vector<LasRecordField> fields;
     if (format >= 6) {
         fields.assign(kExtended.begin(), kExtended.end());
     } else {
@@ -89,21 +90,23 @@ bool holds(ScalarType field, ScalarType type) {
            (field == kFloat64 && type == kFloat32);
 }
 
-bool suits(const LasField& field, const Attribute& attribute) {
+bool suits(const LasRecordField& field, const Attribute& attribute) {
     const bool plain = attribute.scale == 1 ||
                        (attribute.name == kScanAngle && attribute.scale == kScanAngleScale);
     return attribute.name == field.name && attribute.components == 1 && plain &&
            attribute.offset == 0 && holds(field.type, attribute.type);
 }
 
-const LasField* find_field(std::span<const LasField> fields, const Attribute& attribute) {
-    const auto found = std::find_if(fields.begin(), fields.end(),
-                                    [&](const LasField& field) { return suits(field, attribute); });
+const LasRecordField* find_field(std::span<const LasRecordField> fields,
+                                 const Attribute& attribute) {
+    const auto found = std::find_if(fields.begin(), fields.end(), [&](const LasRecordField& field) {
+        return suits(field, attribute);
+    });
     return found == fields.end() ? nullptr : &*found;
 }
 
 bool has_field(std::span<const Attribute> attributes, std::string_view name) {
-    const std::vector<LasField> fields = fields_of(name == "gps_time" ? 3 : 8);
+    const std::vector<LasRecordField> fields = fields_of(name == "gps_time" ? 3 : 8);
     return std::any_of(attributes.begin(), attributes.end(), [&](const Attribute& attribute) {
         return attribute.name == name && find_field(fields, attribute) != nullptr;
     });
@@ -197,11 +200,11 @@ void LasFields::choose_format(const CloudHeader& header) {
 }
 
 void LasFields::place_all() {
-    const std::vector<LasField> fields = fields_of(point_format_);
+    const std::vector<LasRecordField> fields = fields_of(point_format_);
     std::size_t length = kRecordLengths.at(static_cast<std::size_t>(point_format_));
     without_returns_ = true;
     for (const Attribute& attribute : attributes_) {
-        if (const LasField* field = find_field(fields, attribute)) {
+        if (const LasRecordField* field = find_field(fields, attribute)) {
             places_.push_back({*field, 0});
             without_returns_ = without_returns_ &&
                                field->name != std::string_view("return_number") &&

@@ -13,7 +13,7 @@
 namespace knap {
 
 /// A value of a point format: a number, or some bits of a byte.
-struct LasField {
+struct LasRecordField {
     const char* name;
     ScalarType type;         ///< bits: kUint8
     std::size_t offset = 0;  ///< in the record
@@ -38,8 +38,8 @@ class LasFields {
 
     /// Place of an attribute in a record.
     struct Place {
-        std::optional<LasField> field;  ///< none: extra bytes
-        std::size_t offset = 0;         ///< of extra bytes, in the record
+        std::optional<LasRecordField> field;  ///< none: extra bytes
+        std::size_t offset = 0;               ///< of extra bytes, in the record
     };
     const std::vector<Place>& places() const { return places_; }  ///< one for each attribute
 

@@ -114,7 +114,7 @@ class LasWriter final : public CloudWriter {
             std::memcpy(record_.data() + place.offset, value, from.value_size());
             return;
         }
-        const LasField& field = *place.field;
+        const LasRecordField& field = *place.field;
         if (field.width == 0) {
             store_as(field.type, record_.data() + field.offset, from.type, value);
             return;
