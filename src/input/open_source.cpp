@@ -29,9 +29,9 @@ std::unique_ptr<PointSource> open_as(FileFormat format, InputFile file) {
         case FileFormat::kPcd:
             return open_pcd(std::move(file));
         case FileFormat::kDraco:
-            return open_draco(std::move(file));
+            return open_draco(file);
         case FileFormat::kArchive:
-            return open_archive(std::move(file));
+            return open_archive(file);
         case FileFormat::kText:
             break;
     }

@@ -25,7 +25,7 @@ constexpr std::size_t kChunkPoints = 1 << 14;
 constexpr std::array<std::string_view, 3> kAxes{"x", "y", "z"};
 
 int axis_of(const Variable& variable) {
-    const auto found = std::find(kAxes.begin(), kAxes.end(), variable.name);
+    const auto* const found = std::find(kAxes.begin(), kAxes.end(), variable.name);
     return found == kAxes.end() ? -1 : static_cast<int>(found - kAxes.begin());
 }
 

@@ -60,7 +60,7 @@ FileBuffer::pos_type FileBuffer::seekoff(off_type offset, std::ios_base::seekdir
 FileBuffer::pos_type FileBuffer::seekpos(pos_type position, std::ios_base::openmode /*which*/) {
     const auto to = static_cast<off_type>(position);
     if (!flush() || to < 0 || static_cast<std::uint64_t>(to) > file_.size()) {
-        return pos_type(off_type(-1));
+        return {off_type(-1)};
     }
     position_ = static_cast<std::uint64_t>(to);
     return position;
