@@ -26,12 +26,13 @@ void store_as(ScalarType to_type, std::byte* to, ScalarType from_type, const std
     visit_scalar(from_type, [&](auto from_tag) {
         typename decltype(from_tag)::Type value;
         std::memcpy(&value, from, sizeof value);
+        // A field holds all values of what goes into it: the sign is kept.
+        // NOLINTBEGIN(bugprone-signed-char-misuse)
         visit_scalar(to_type, [&](auto to_tag) {
-            // A field holds all values of what goes into it: the sign is kept.
-            // NOLINTNEXTLINE(bugprone-signed-char-misuse)
             const auto stored = static_cast<typename decltype(to_tag)::Type>(value);
             std::memcpy(to, &stored, sizeof stored);
         });
+        // NOLINTEND(bugprone-signed-char-misuse)
     });
 }
 
