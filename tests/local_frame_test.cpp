@@ -6,12 +6,10 @@
 #include <numbers>
 #include <random>
 
+#include "base/vector.hpp"
+
 namespace knap {
 namespace {
-
-double dot(const Vec3& a, const Vec3& b) {
-    return a.x * b.x + a.y * b.y + a.z * b.z;
-}
 
 Vec3 scaled_to_one(const Vec3& v) {
     const double length = std::sqrt(dot(v, v));

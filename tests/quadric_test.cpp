@@ -9,6 +9,7 @@
 #include <numbers>
 #include <random>
 
+#include "base/vector.hpp"
 #include "curvature/estimator.hpp"
 
 namespace knap {
@@ -210,10 +211,6 @@ LocalFrame frame_of(std::mt19937_64& random, double k1, double k2, const Eigen::
         p = rotate(turn, p);
     }
     return CurvatureEstimator(kParams, 1, true).estimate(points).frame.frame();
-}
-
-double dot(const Vec3& a, const Vec3& b) {
-    return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 
 TEST(Quadric, HasTheFrameOfTheSurface) {

@@ -3,16 +3,14 @@
 #include <cmath>
 #include <limits>
 
+#include "base/vector.hpp"
+
 namespace knap {
 
 namespace {
 
 Vec3 axis_of(const PrincipalAxes& axes, PrincipalAxes::Axis axis, std::size_t which) {
     return {axes.axes[axis][0][which], axes.axes[axis][1][which], axes.axes[axis][2][which]};
-}
-
-Vec3 cross(const Vec3& a, const Vec3& b) {
-    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
 Vec3 combined(double x, const Vec3& a, double y, const Vec3& b, double z, const Vec3& c) {

@@ -3,15 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/vector.hpp"
+
 namespace knap {
-
-namespace {
-
-double dot(const Vec3& a, const Vec3& b) {
-    return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-
-}  // namespace
 
 bool holds(const Region& region, const RegionShape& shape, const Vec3& offset) {
     if (region.frame.is_none()) {

@@ -5,6 +5,8 @@
 #include <numbers>
 #include <utility>
 
+#include "base/vector.hpp"
+
 namespace knap {
 
 namespace {
@@ -16,14 +18,6 @@ constexpr double kReach = 0.15;
 constexpr double kMargin = 0.04;
 constexpr double kFlat = 0.35;
 constexpr int kSmallestSide = 480;
-
-double dot(const Vec3& a, const Vec3& b) {
-    return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-
-Vec3 cross(const Vec3& a, const Vec3& b) {
-    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
 
 Vec3 scaled(const Vec3& v, double factor) {
     return {v.x * factor, v.y * factor, v.z * factor};

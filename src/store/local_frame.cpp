@@ -5,6 +5,8 @@
 #include <tuple>
 #include <utility>
 
+#include "base/vector.hpp"
+
 namespace knap {
 
 namespace {
@@ -14,14 +16,6 @@ constexpr double kSteps = 127;
 constexpr double kDirections = 16;
 constexpr double kFlatnesses = 15;
 constexpr double kMostFlatness = 4;
-
-double dot(const Vec3& a, const Vec3& b) {
-    return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-
-Vec3 cross(const Vec3& a, const Vec3& b) {
-    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
 
 Vec3 scaled_to_one(const Vec3& v) {
     const double length = std::sqrt(dot(v, v));

@@ -6,20 +6,13 @@
 #include <span>
 #include <vector>
 
-#include "base/file.hpp"
 #include "knap/geometry.hpp"
+#include "store/item_file.hpp"
 #include "store/position_codec.hpp"
 
 /// The positions of consecutive points of one source, in the form that it uses: where reading the
-/// source again would cost more than reading them.
-///
-///     file    header block*
-///     header  "KNAPPOS1" version:u32 packed_size:u32
-///     block   count:u32 reserved:u32 checksum:u64 payload
-///     payload count packed positions
-///
-/// The last block is empty (count 0): a file without it is torn. The checksum is XXH3-64 of the
-/// payload, xor splitmix64(count). Prose: docs/formats.md.
+/// source again would cost more than reading them. A file of items (store/item_file.hpp) with the
+/// magic "KNAPPOS1", an item a packed position.
 namespace knap {
 
 struct PositionFile {
@@ -42,12 +35,10 @@ class PositionWriter {
 
     /// @return size of the file
     /// @throws StorageError
-    std::uint64_t finish();
+    std::uint64_t finish() { return file_.finish(); }
 
   private:
-    void write_block(std::span<const Vec3> positions);
-
-    AtomicFile file_;
+    ItemWriter file_;
     PositionCodec codec_;
     std::vector<std::byte> block_;
 };
@@ -63,12 +54,8 @@ class PositionReader {
     bool next(std::vector<Vec3>& positions);
 
   private:
-    [[noreturn]] void throw_damaged(const char* what) const;
-
-    InputFile file_;
+    ItemReader file_;
     PositionCodec codec_;
-    std::uint64_t at_ = 0;
-    std::vector<std::byte> payload_;
 };
 
 }  // namespace knap

@@ -6,17 +6,10 @@
 #include <span>
 #include <vector>
 
-#include "base/file.hpp"
+#include "store/item_file.hpp"
 
-/// Rows of bytes, all of one size: what kept points carry, on their way into tiles.
-///
-///     file    header block*
-///     header  "KNAPROWS" version:u32 row_size:u32
-///     block   count:u32 reserved:u32 checksum:u64 payload
-///     payload count rows
-///
-/// The last block is empty (count 0): a file without it is torn. The checksum is XXH3-64 of the
-/// payload, xor splitmix64(count). Prose: docs/formats.md.
+/// Rows of bytes, all of one size: what kept points carry, on their way into tiles. A file of items
+/// (store/item_file.hpp) with the magic "KNAPROWS", an item a row.
 namespace knap {
 
 /// Writes a row file; it exists only once finish() has returned.
@@ -34,10 +27,8 @@ class RowWriter {
     std::uint64_t finish();
 
   private:
-    void write_block();
-
-    AtomicFile file_;
-    std::size_t row_size_;
+    ItemWriter file_;
+    std::size_t block_size_;
     std::vector<std::byte> rows_;
 };
 
@@ -52,14 +43,9 @@ class RowReader {
     std::span<const std::byte> next();
 
   private:
-    void read_block();
-    [[noreturn]] void throw_damaged(const char* what) const;
-
-    InputFile file_;
+    ItemReader file_;
     std::size_t row_size_;
-    std::uint64_t at_ = 0;
-    std::vector<std::byte> rows_;
-    std::size_t next_ = 0;  // bytes of rows_ that were given
+    std::span<const std::byte> rows_;  // of its block, not given yet
 };
 
 }  // namespace knap

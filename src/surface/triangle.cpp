@@ -2,13 +2,11 @@
 
 #include <algorithm>
 
+#include "base/vector.hpp"
+
 namespace knap {
 
 namespace {
-
-double dot(const Vec3& a, const Vec3& b) {
-    return a.x * b.x + a.y * b.y + a.z * b.z;
-}
 
 double squared_distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
     const Vec3 along = b - a;
