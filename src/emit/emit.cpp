@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstring>
 #include <mutex>
 #include <span>
 #include <string>
@@ -72,8 +71,8 @@ Carried read_carried(const KeptPoints& kept, const Lattice& lattice, const EmitR
             carried.points[block.place + i] = {index_of(lattice, block.positions[i]),
                                                block.place + i};
         }
-        std::memcpy(carried.rows.data() + block.place * row_size, block.rows.data(),
-                    block.rows.size());
+        std::copy(block.rows.begin(), block.rows.end(),
+                  carried.rows.begin() + static_cast<std::ptrdiff_t>(block.place * row_size));
     };
     read_kept(
         kept, request.threads, [&] { return put; }, request.advance);
