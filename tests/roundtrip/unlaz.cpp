@@ -39,8 +39,7 @@ int main(int argc, char** argv) {
     const std::uint64_t points = header->number_of_point_records != 0
                                      ? header->number_of_point_records
                                      : header->extended_number_of_point_records;
-    if (laszip_set_header(writer, header) != 0 ||
-        laszip_request_native_extension(writer, 1) != 0 ||
+    if (laszip_set_header(writer, header) != 0 || laszip_request_native_extension(writer, 1) != 0 ||
         laszip_open_writer(writer, arguments[2], compressed == 0 ? 1 : 0) != 0) {
         return fail(writer, arguments[2]);
     }
