@@ -83,9 +83,8 @@ TEST_F(ColumnFileTest, DamagedIsAnErrorNamingIt) {
     sizes_ = {2, 3};
     write(random_columns(40), 40);
     const auto reads = [&] { read({0, 1}); };
-    test::with_each_bit_flipped(path_, [&](std::size_t at) {
-        EXPECT_TRUE(test::refuses(path_, reads)) << "byte " << at;
-    });
+    test::with_each_bit_flipped(
+        path_, [&](std::size_t at) { EXPECT_TRUE(test::refuses(path_, reads)) << "byte " << at; });
     test::with_each_cut(path_, [&](std::size_t size) {
         EXPECT_TRUE(test::refuses(path_, reads)) << size << " bytes";
     });

@@ -95,7 +95,9 @@ TEST_F(ResumeDamage, AttributesInScratchAreReadFromTheSourceAgain) {
         for (const char* ending : {".positions", ".columns"}) {
             for (const bool missing : {false, true}) {
                 stop_in(job_, stage, 0);
-                const fs::path file = scratch_files(ending).back();
+                const std::vector<fs::path> files = scratch_files(ending);
+                ASSERT_FALSE(files.empty()) << stage;
+                const fs::path& file = files.back();
                 if (missing) {
                     fs::remove(file);
                 } else {

@@ -38,8 +38,8 @@ class Staged : public testing::Test {
         std::ofstream text(files_[1]);
         text << "x y z shade depth\n";
         for (int i = 0; i < kTextPoints; ++i) {
-            text << (i == 300 ? "nan" : std::to_string(random_() % 1000)) << " "
-                 << random_() % 1000 << " " << random_() % 1000 << " " << random_() % 256 << " "
+            text << (i == 300 ? "nan" : std::to_string(random_() % 1000)) << " " << random_() % 1000
+                 << " " << random_() % 1000 << " " << random_() % 256 << " "
                  << 1e-3 * static_cast<double>(random_() % 100000) << "\n";
         }
         text.close();
@@ -78,9 +78,8 @@ class Staged : public testing::Test {
                                    std::to_string(p.z) + " ";
                 for (std::size_t c = 0; !columns.empty() && c < columns[source].size(); ++c) {
                     const std::size_t size = entry.info.schema[columns[source][c]].value_size();
-                    text.append(reinterpret_cast<const char*>(chunk.columns.at(c).data()) +
-                                    i * size,
-                                size);
+                    text.append(
+                        reinterpret_cast<const char*>(chunk.columns.at(c).data()) + i * size, size);
                 }
                 EXPECT_TRUE(points.emplace(entry.first_id + chunk.first + i, text).second);
             }
@@ -181,9 +180,9 @@ TEST_F(Staged, GivesTheSameBytesInEveryOutput) {
         if (fs::is_directory(folder_ / name)) {
             test::expect_same_files(folder_ / name, folder_ / "from_sources");
         } else {
-            EXPECT_EQ(test::read_bytes(folder_ / name) ==
-                          test::read_bytes(folder_ / "from_sources"),
-                      true)
+            EXPECT_EQ(
+                test::read_bytes(folder_ / name) == test::read_bytes(folder_ / "from_sources"),
+                true)
                 << name;
         }
         fs::remove_all(folder_ / "from_sources");
