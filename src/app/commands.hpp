@@ -18,6 +18,7 @@ Command add_info(CLI::App& root);
 Command add_decode(CLI::App& root);
 Command add_verify(CLI::App& root);
 Command add_evaluate(CLI::App& root);
+Command add_view(CLI::App& root);
 Command add_synth(CLI::App& root);
 
 }  // namespace knap::app

@@ -10,10 +10,10 @@ namespace {
 
 // A signal handler reaches nothing else.
 // NOLINTNEXTLINE(cppcoreguidelines-avoid-non-const-global-variables)
-volatile std::sig_atomic_t interrupted = 0;
+volatile std::sig_atomic_t signalled = 0;
 
 extern "C" void remember_signal(int /*signal*/) {
-    interrupted = 1;
+    signalled = 1;
 }
 
 }  // namespace
@@ -27,8 +27,12 @@ void catch_interrupts() {
     sigaction(SIGTERM, &action, nullptr);
 }
 
+bool interrupted() {
+    return signalled != 0;
+}
+
 void throw_if_interrupted() {
-    if (interrupted != 0) {
+    if (interrupted()) {
         throw Interrupted("interrupted by a signal; nothing was written to the output");
     }
 }

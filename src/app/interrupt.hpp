@@ -6,6 +6,9 @@ namespace knap::app {
 /// order; a second one ends the process.
 void catch_interrupts();
 
+/// Whether a signal has come.
+bool interrupted();
+
 /// @throws Interrupted if a signal has come
 void throw_if_interrupted();
 

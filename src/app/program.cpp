@@ -15,6 +15,7 @@ constexpr const char* kExamples =
     "  knap info flake.ply                               what is in a file\n"
     "  knap simplify flake.ply -o flake --alpha 0.25     simplify it into an archive\n"
     "  knap verify flake                                 check the archive\n"
+    "  knap view flake                                   look at it in a browser\n"
     "  knap decode flake -o small.ply                    back to an ordinary file\n"
     "  knap COMMAND --help                               flags, units, ranges, defaults";
 
@@ -35,8 +36,8 @@ Program make_program() {
     root.allow_extras();
     root.require_subcommand(0, 1);
     program.commands = {
-        add_run(root),    add_simplify(root), add_plan(root),     add_info(root),
-        add_decode(root), add_verify(root),   add_evaluate(root), add_synth(root),
+        add_run(root),    add_simplify(root), add_plan(root),     add_info(root),  add_decode(root),
+        add_verify(root), add_view(root),     add_evaluate(root), add_synth(root),
     };
     for (const Command& command : program.commands) {
         command.parser->allow_extras();

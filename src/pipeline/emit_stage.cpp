@@ -64,6 +64,7 @@ class Emitting {
         request.threads = stage_.threads;
         request.scratch = stage_.scratch.path();
         request.runs = stage_.merged.runs;
+        request.staged = stage_.staged;
         request.tiles = {.done = read_tiles(stage_.log),
                          .on_tile = [&](std::size_t number, const ManifestTile& tile) {
                              record_tile(stage_.log, number, tile);

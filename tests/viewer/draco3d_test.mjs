@@ -1,7 +1,7 @@
 // Decodes the tiles of an archive with the decoder that Draco's authors publish for JavaScript, which shares no
 // code with knap's reader, and holds positions and attributes to the source, bit by bit.
 //
-//   node tests/draco3d_test.mjs KNAP FOLDER    FOLDER/node_modules has draco3d; without it the test is skipped
+//   node tests/viewer/draco3d_test.mjs KNAP FOLDER    FOLDER/node_modules has draco3d
 
 import assert from 'node:assert/strict';
 import {execFileSync} from 'node:child_process';
@@ -11,13 +11,7 @@ import {tmpdir} from 'node:os';
 import {join} from 'node:path';
 
 const [knap, modules] = process.argv.slice(2);
-let draco3d;
-try {
-    draco3d = createRequire(join(modules, 'package.json'))('draco3d');
-} catch {
-    console.log(`skipped=no draco3d in ${modules}; npm install --prefix ${modules} draco3d@1.5.9`);
-    process.exit(0);
-}
+const draco3d = createRequire(join(modules, 'package.json'))('draco3d');
 
 // Every type that a PLY has, by the length of a value and how it is written.
 const kTypes = {
