@@ -16,8 +16,10 @@ Command add_simplify(CLI::App& root) {
     command->footer(
         "Reads PLY, LAS, LAZ (COPC too), PCD, Draco, XYZ, CSV, TXT and PTS, PLY and text behind\n"
         "gzip, its own archives, and standard input as -. What --memory, --threads, --scratch\n"
-        "and --brick-points say never changes the result. -o - writes PLY (or text: --format xyz) to\n"
-        "standard output when it is whole, and the summary to standard error. About 5 mean spacings is a first\n"
+        "and --brick-points say never changes the result. -o - writes PLY (or text: --format xyz) "
+        "to\n"
+        "standard output when it is whole, and the summary to standard error. About 5 mean "
+        "spacings is a first\n"
         "alpha.\n\n"
         "Examples:\n"
         "  knap simplify scan.ply -o scan_archive --alpha 0.4\n"

@@ -265,6 +265,7 @@ def texts(rng):
     yield "words.csv", b"x,y,z,name,v\n" + b"".join(b"%r,%r,%r,oak,%r\n" % tuple(r[:4]) for r in rows)
     yield "odd_numbers.xyz", b"+1 2. .5 1e-320\n-0 1e3 -.5E-2 -inf\n0 0 0 nan\n1e5 1E+5 7 -0.0\n"
     yield "several_scans.pts", b"2\n0 0 1 5\n1 0 0 6\n1\n0 1 0 7\n"
+    yield "names_in_a_comment.asc", lines(" ", "//X Y Z R G B", rows)
     yield "no_end.xyz", lines(" ", "", rows)[:-1]
     yield "old_mac.txt", lines(" ", "x y z a b c", rows, "\r")
 
