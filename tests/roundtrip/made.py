@@ -91,6 +91,11 @@ def plys(rng):
     vertex = [("double", axis, xyz[:, i]) for i, axis in enumerate("xyz")] + normals + colours
     yield "far_with_holes.ply", ply("binary_little_endian", [("vertex", vertex)])
     yield "far_with_holes.ply.gz", gzip.compress(ply("binary_big_endian", [("vertex", vertex)]))
+    nice = places(rng, POINTS, "f4")
+    vertex = [("float", axis, nice[:, i]) for i, axis in enumerate("xyz")]
+    vertex += [("float", n, nice[:, i] / 20) for i, n in enumerate(("nx", "ny", "nz"))]
+    vertex += [("uchar", c, any_bits(rng, "u1", POINTS)) for c in ("red", "green", "blue", "alpha")]
+    yield "mixed_colours.ply", ply("binary_little_endian", [("vertex", vertex)])
     mixed = [("short", "x", any_bits(rng, "i2", 50)), ("float", "y", xyz[:50, 0].astype("f4")),
              ("double", "z", rng.random(50)), ("uint", "intensity", any_bits(rng, "u4", 50)),
              ("uchar", "classification", any_bits(rng, "u1", 50)), ("float", "kept", np.ones(50, "f4"))]
