@@ -8,6 +8,7 @@
 #include <string>
 
 #include "emit/attribute_plan.hpp"
+#include "emit/measures.hpp"
 #include "knap/geometry.hpp"
 #include "store/selection.hpp"
 #include "store/source_table.hpp"
@@ -24,6 +25,8 @@ struct KeptPoints {
     const AttributePlan& attributes;  ///< what to carry
     /// Told that a run cannot be read, and why.
     std::function<void(const std::string&)> note = [](const std::string&) {};
+    /// Of the kept points, where the plan has them.
+    const Measures* measures = nullptr;
 };
 
 /// Some kept points.

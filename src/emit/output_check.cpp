@@ -152,6 +152,10 @@ void check_output(const OutputParams& output, std::span<const fs::path> inputs) 
         refuse("output.flag (--flag)", path,
                "expected a file ending in .ply, .las, .laz or .xyz, found Draco");
     }
+    if (output.flag && output.measures) {
+        refuse("output.measures (--measures)", path,
+               "expected kept points only, found output.flag (--flag)");
+    }
     check_no_input(kOutputKey, path, inputs);
     if (kind == OutputKind::kArchive) {
         check_folder(path, output.overwrite);

@@ -7,6 +7,7 @@
 #include "base/file.hpp"
 #include "emit/emit.hpp"
 #include "emit/output_check.hpp"
+#include "merge/range_law.hpp"
 #include "pipeline/tile_records.hpp"
 #include "store/manifest.hpp"
 
@@ -64,6 +65,8 @@ class Emitting {
         request.threads = stage_.threads;
         request.scratch = stage_.scratch.path();
         request.runs = stage_.merged.runs;
+        request.range_of = [law = RangeLaw(done_.range, stage_.ranked.mean_curvature)](
+                               double curvature) { return law.of(curvature); };
         request.tiles = {.done = read_tiles(stage_.log),
                          .on_tile = [&](std::size_t number, const ManifestTile& tile) {
                              record_tile(stage_.log, number, tile);
