@@ -224,6 +224,10 @@ TEST(LasColumns, ExtraBytesHaveTheTypesAndScalesOfTheirDescriptors) {
     EXPECT_EQ(std::vector<Attribute>(schema.end() - static_cast<std::ptrdiff_t>(expected.size()),
                                      schema.end()),
               expected);
+    EXPECT_TRUE(source->info().unsupported.empty());
+    las.vlrs = las_record("LASF_Spec", 4, descriptor(4, 1, "with a missing value"));
+    EXPECT_EQ(open_source(folder.write("b.las", las.bytes()))->info().unsupported,
+              (std::vector<std::string>{"least, largest and missing values of extra bytes"}));
 }
 
 TEST(LasColumns, TheHeaderAndItsRecordsAreKeptAsTheyAre) {

@@ -235,6 +235,15 @@ TEST(Ply, DescribesItself) {
     EXPECT_EQ(source->info().size_bytes, std::filesystem::file_size(path));
 }
 
+TEST(Ply, TellsOfElementsThatItDoesNotRead) {
+    const ScanFolder folder;
+    const std::string others =
+        "element face 1\nproperty list uchar int i\nelement edge 0\nproperty int i\n";
+    const auto source = open_source(
+        folder.write("a.ply", header("ascii", float_vertices(1) + others) + "1 2 3\n1 0\n"));
+    EXPECT_EQ(source->info().unsupported, (std::vector<std::string>{"element 'face'"}));
+}
+
 TEST(Ply, AMalformedFileIsAnErrorThatSaysWhereAndWhat) {
     struct Case {
         std::string content;

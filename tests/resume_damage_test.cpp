@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -14,6 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using test::kNever;
+using test::sphere_cloud;
 using test::stop_in;
 using test::Stopper;
 using testing::AllOf;
@@ -75,6 +77,40 @@ TEST_F(ResumeDamage, PositionsAreReadFromTheSourceAgain) {
         EXPECT_EQ(result() == expected, true);
         EXPECT_THAT(never.notes(), testing::Contains(AllOf(HasSubstr(files[0].string()),
                                                            HasSubstr("source again"))));
+    }
+}
+
+TEST_F(ResumeDamage, AttributesInScratchAreReadFromTheSourceAgain) {
+    std::string text = "x y z shade\n";
+    for (const Vec3& p : sphere_cloud(3000, 5)) {
+        text += fmt::format("{} {} {} {}\n", p.x, p.y, p.z, text.size() % 251);
+    }
+    test::write_bytes(folder_ / "more.xyz", text);
+    job_.input.push_back((folder_ / "more.xyz").string());
+    job_.range.keep = "shade < 10";
+    run_whole();
+    const std::string expected = result();
+    std::mt19937_64 random(8);
+    for (const char* stage : {"rank", "merge", "keep", "emit"}) {
+        for (const char* ending : {".positions", ".columns"}) {
+            for (const bool missing : {false, true}) {
+                stop_in(job_, stage, 0);
+                const std::vector<fs::path> files = scratch_files(ending);
+                ASSERT_FALSE(files.empty()) << stage;
+                const fs::path& file = files.back();
+                if (missing) {
+                    fs::remove(file);
+                } else {
+                    damage(random, file);
+                }
+                Stopper never(kNever);
+                run(job_, never);
+                EXPECT_EQ(result() == expected, true);
+                EXPECT_THAT(never.notes(), testing::Contains(AllOf(HasSubstr(file.string()),
+                                                                   HasSubstr("source again"))))
+                    << stage;
+            }
+        }
     }
 }
 

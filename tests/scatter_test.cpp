@@ -214,7 +214,7 @@ struct Staged {
             writer.add(std::span(text).subspan(first, 30));
             writer.add(std::span(text).subspan(first + 30, 40));
             const std::uint64_t bytes = writer.finish();
-            request.positions.push_back({path, 1, first, 70, bytes});
+            request.staged.files.push_back({path, 1, first, 70, bytes});
         }
         request.note = [this](const std::string& note) {
             const std::scoped_lock lock(mutex);
@@ -230,7 +230,7 @@ struct Staged {
         const auto files = scatter(archive->survey.table, archive->plan, archive->map, request,
                                    [](std::uint64_t) {});
         ASSERT_NO_FATAL_FAILURE(expect_bricks(expected, *archive, files));
-        for (const PositionFile& file : request.positions) {
+        for (const PositionFile& file : request.staged.files) {
             EXPECT_FALSE(fs::exists(file.path)) << "no longer needed";
         }
     }
@@ -252,7 +252,7 @@ TEST(Scatter, ReadsPositionsInPlaceOfTheirSource) {
 
 TEST(Scatter, ReadsTheSourceWherePositionsAreDamaged) {
     Staged staged(test::sphere_cloud(9000, 5));
-    const auto path = [&](std::size_t i) { return staged.request.positions[i].path; };
+    const auto path = [&](std::size_t i) { return staged.request.staged.files[i].path; };
     std::string bytes = test::read_bytes(path(10));
     bytes[bytes.size() - 100] ^= 2;  // in the second block: the first is taken
     test::write_bytes(path(10), bytes);

@@ -30,7 +30,7 @@ Survey survey_silently(const SurveyRequest& request) {
 // The positions that a survey has left of one source, which must be its own.
 std::vector<Vec3> positions_of(const Survey& found, std::size_t source) {
     std::vector<Vec3> positions;
-    for (const PositionFile& file : found.positions) {
+    for (const PositionFile& file : found.staged.files) {
         if (file.source == source) {
             EXPECT_EQ(file.first, positions.size()) << "without a gap";
             EXPECT_EQ(file.bytes, std::filesystem::file_size(file.path));
@@ -89,9 +89,9 @@ TEST(Survey, LeavesThePositionsOfSourcesThatAreSlowToRead) {
         }
         EXPECT_TRUE(positions_of(found, 1).empty()) << "records lie ready";
         EXPECT_EQ(positions_of(found, 2), test::read_cloud(files[2]));
-        EXPECT_GE(found.positions.size(), 4U) << "in several files";
+        EXPECT_GE(found.staged.files.size(), 4U) << "in several files";
     }
-    EXPECT_TRUE(survey_silently({.files = files}).positions.empty()) << "nowhere to put them";
+    EXPECT_TRUE(survey_silently({.files = files}).staged.files.empty()) << "nowhere to put them";
 }
 
 TEST(Survey, CountsEveryPointOfEverySourceAndBoundsTheFiniteOnes) {

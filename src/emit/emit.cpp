@@ -27,11 +27,6 @@ namespace knap {
 
 namespace {
 
-/// Bytes of a kept point in memory.
-std::uint64_t point_bytes(const AttributePlan& attributes) {
-    return attributes.empty() ? sizeof(LatticeIndex) : sizeof(CarryingPoint) + attributes.row_size;
-}
-
 void check_memory(std::uint64_t kept, const AttributePlan& attributes, const EmitRequest& request) {
     const std::uint64_t needed = emit_memory_bytes(kept, request.output, attributes);
     if (needed > request.memory_bytes) {
@@ -129,7 +124,7 @@ std::uint64_t points_in_memory(std::uint64_t kept, const AttributePlan& attribut
     const std::uint64_t more = static_cast<std::uint64_t>(request.threads - 1) *
                                encode_memory_bytes(tile, attributes.attributes);
     const std::uint64_t room = request.memory_bytes - least;
-    return 2 * tile + (room - std::min(room, more)) / point_bytes(attributes);
+    return 2 * tile + (room - std::min(room, more)) / emit_point_bytes(attributes);
 }
 
 EmitResult emit_archive(const KeptPoints& kept, const EmitRequest& request) {
@@ -221,11 +216,15 @@ std::vector<std::pair<std::string, std::string>> result_parameters(const Job& jo
     return result;
 }
 
+std::uint64_t emit_point_bytes(const AttributePlan& attributes) {
+    return attributes.empty() ? sizeof(LatticeIndex) : sizeof(CarryingPoint) + attributes.row_size;
+}
+
 std::uint64_t emit_memory_bytes(std::uint64_t kept, const OutputParams& output,
                                 const AttributePlan& attributes) {
     switch (output_kind(output.path)) {
         case OutputKind::kArchive:
-            return 2 * std::min(kept, output.tile_points) * point_bytes(attributes) +
+            return 2 * std::min(kept, output.tile_points) * emit_point_bytes(attributes) +
                    encode_memory_bytes(std::min(kept, output.tile_points), attributes.attributes);
         case OutputKind::kDraco:
             return kept * (sizeof(LatticeIndex) + sizeof(CarryingPoint) + attributes.row_size) +
@@ -249,6 +248,7 @@ EmitResult emit(const SourceTable& sources, const Selection& selection, const Em
                           .runs = request.runs,
                           .attributes = attributes,
                           .note = request.note,
+                          .staged = &request.staged,
                           .measures = measures ? &*measures : nullptr};
     switch (output_kind(request.output.path)) {
         case OutputKind::kArchive:

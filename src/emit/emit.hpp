@@ -9,6 +9,7 @@
 
 #include "emit/attribute_plan.hpp"
 #include "emit/tile_log.hpp"
+#include "input/staged_reader.hpp"
 #include "knap/job.hpp"
 #include "knap/params.hpp"
 #include "store/selection.hpp"
@@ -35,7 +36,8 @@ struct EmitRequest {
     std::vector<std::filesystem::path> runs = {};  ///< as KeptPoints has them
     /// The range of a curvature, for output.measures, which takes runs; from any thread.
     std::function<double(double)> range_of = nullptr;
-    TileLog tiles = {};  ///< of an archive that an earlier run began
+    StagedPoints staged = {};                      ///< stands in for sources
+    TileLog tiles = {};                            ///< of an archive that an earlier run began
     /// Told input points done with, one call at a time.
     std::function<void(std::uint64_t)> advance = [](std::uint64_t) {};
     /// Told how many bytes of scratch a new file takes, or one that is gone gave back.
@@ -44,7 +46,7 @@ struct EmitRequest {
     /// an archive under its temporary name. What it throws stops the job without an output.
     std::function<void(const EmitResult& result, const std::filesystem::path& folder)> on_whole =
         [](const EmitResult&, const std::filesystem::path&) {};
-    /// Told of a damaged run that the sources stand in for.
+    /// Told of a damaged file in scratch that the sources stand in for, from any thread.
     std::function<void(const std::string&)> note = [](const std::string&) {};
 };
 
@@ -56,6 +58,9 @@ std::vector<std::pair<std::string, std::string>> result_parameters(const Job& jo
 /// beyond what two tiles take: more kept points go through scratch.
 std::uint64_t emit_memory_bytes(std::uint64_t kept, const OutputParams& output,
                                 const AttributePlan& attributes = {});
+
+/// Bytes of a kept point that emit() holds in memory until its tile is written.
+std::uint64_t emit_point_bytes(const AttributePlan& attributes);
 
 /// Writes the kept points: an archive folder, a single Draco file, or an ordinary file with the
 /// exact positions in source order, for which the sources are streamed a last time. A cloud without

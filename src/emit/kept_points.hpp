@@ -9,6 +9,7 @@
 
 #include "emit/attribute_plan.hpp"
 #include "emit/measures.hpp"
+#include "input/staged_reader.hpp"
 #include "knap/geometry.hpp"
 #include "store/selection.hpp"
 #include "store/source_table.hpp"
@@ -23,8 +24,9 @@ struct KeptPoints {
     /// sources. They hold no attributes: where a plan has some, the sources are read.
     std::span<const std::filesystem::path> runs;
     const AttributePlan& attributes;  ///< what to carry
-    /// Told that a run cannot be read, and why.
+    /// Told that a file in scratch cannot be read, and why; from any thread.
     std::function<void(const std::string&)> note = [](const std::string&) {};
+    const StagedPoints* staged = nullptr;  ///< stands in for sources; null: for none
     /// Of the kept points, where the plan has them.
     const Measures* measures = nullptr;
 };

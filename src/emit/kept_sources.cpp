@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "base/threads.hpp"
-#include "input/stream.hpp"
+#include "input/staged_reader.hpp"
 #include "knap/error.hpp"
 
 namespace knap {
@@ -48,19 +48,19 @@ class KeptReader {
     KeptReader(const KeptPoints& kept, const std::function<void(std::uint64_t)>& advance)
         : kept_(kept),
           advance_(advance),
-          infos_(kept.sources.infos()),
-          columns_(kept.attributes.selected()) {}
+          reader_(kept.sources, kept.staged, kept.attributes.selected(), kept.note) {}
 
-    /// The ranges that hold a kept point; the others are done with at once.
-    std::vector<SourceRange> ranges_to_read(std::uint64_t points) {
-        std::vector<SourceRange> wanted;
-        for (const SourceRange& range : cut_into_ranges(infos_, points)) {
+    /// The parts that hold a kept point; the others are done with at once.
+    std::vector<ArchivePart> parts_to_read(std::uint64_t points) {
+        std::vector<ArchivePart> wanted;
+        for (const ArchivePart& part : reader_.parts(points)) {
+            const SourceRange& range = part.range;
             const SourceEntry& source = kept_.sources.sources()[range.source];
             const PointId first = source.first_id + std::min(range.first, source.points);
             const PointId end =
                 first + std::min(range.count, source.first_id + source.points - first);
             if (kept_.selection.count_before(end) != kept_.selection.count_before(first)) {
-                wanted.push_back(range);
+                wanted.push_back(part);
             } else {
                 report(end - first);
             }
@@ -68,13 +68,13 @@ class KeptReader {
         return wanted;
     }
 
-    void stream(std::span<const SourceRange> ranges, int workers, const ConsumeChunk& consume) {
-        stream_ranges(infos_, ranges, workers, kChunkPoints, consume, columns_);
+    void stream(std::span<const ArchivePart> parts, int workers, const ConsumeChunk& consume) {
+        reader_.stream(parts, workers, kChunkPoints, consume);
     }
 
     /// Appends the kept points of a chunk.
-    void collect(const SourceRange& range, const Chunk& chunk, Batch& batch) {
-        const SourceEntry& source = kept_.sources.sources()[range.source];
+    void collect(const ArchivePart& part, const Chunk& chunk, Batch& batch) {
+        const SourceEntry& source = kept_.sources.sources()[part.range.source];
         if (chunk.first + chunk.positions.size() > source.points) {
             throw_changed(source, fmt::format("at least {}", chunk.first + chunk.positions.size()));
         }
@@ -93,7 +93,7 @@ class KeptReader {
             batch.positions.push_back(chunk.positions[i]);
         }
         const std::size_t first_byte = batch.rows.size();
-        kept_.attributes.append_rows(range.source, chunk, points, batch.rows);
+        kept_.attributes.append_rows(part.range.source, chunk, points, batch.rows);
         if (kept_.measures != nullptr) {
             kept_.measures->put(kept_.selection.count_before(first), kept_.attributes,
                                 std::span(batch.rows).subspan(first_byte));
@@ -107,8 +107,9 @@ class KeptReader {
         if (taken_ != kept_.selection.count()) {
             throw InputError(fmt::format(
                 "{}{}: expected the sources that were surveyed, found {} of {} kept points",
-                infos_.front().path.string(), infos_.size() > 1 ? " and the other sources" : "",
-                taken_.load(), kept_.selection.count()));
+                kept_.sources.sources().front().info.path.string(),
+                kept_.sources.sources().size() > 1 ? " and the other sources" : "", taken_.load(),
+                kept_.selection.count()));
         }
     }
 
@@ -127,13 +128,12 @@ class KeptReader {
 
     const KeptPoints& kept_;
     const std::function<void(std::uint64_t)>& advance_;
-    std::vector<SourceInfo> infos_;
-    std::vector<std::vector<std::size_t>> columns_;
+    StagedReader reader_;
     std::mutex mutex_;
     std::atomic<std::uint64_t> taken_{0};
 };
 
-/// Whose turn it is to hand over: ranges in their order.
+/// Whose turn it is to hand over: parts in their order.
 class Turns {
   public:
     bool is_now(std::size_t range) {
@@ -173,8 +173,8 @@ std::size_t most_waiting(std::size_t row_size) {
     return std::max<std::size_t>(kWaitingBytes / (sizeof(PointId) + sizeof(Vec3) + row_size), 1);
 }
 
-/// Reads one range, and hands over when its turn has come.
-void read_in_turn(KeptReader& reader, const SourceRange& range, std::size_t number, Turns& turns,
+/// Reads one part, and hands over when its turn has come.
+void read_in_turn(KeptReader& reader, const ArchivePart& part, std::size_t number, Turns& turns,
                   std::size_t most, const TakeKept& take) {
     Batch batch;
     const auto hand_over = [&] {
@@ -184,8 +184,8 @@ void read_in_turn(KeptReader& reader, const SourceRange& range, std::size_t numb
         }
         batch.clear();
     };
-    reader.stream(std::span(&range, 1), 1, [&](std::size_t, std::size_t, const Chunk& chunk) {
-        reader.collect(range, chunk, batch);
+    reader.stream(std::span(&part, 1), 1, [&](std::size_t, std::size_t, const Chunk& chunk) {
+        reader.collect(part, chunk, batch);
         if (turns.is_now(number) || batch.ids.size() >= most) {
             hand_over();
         }
@@ -199,10 +199,10 @@ void read_in_turn(KeptReader& reader, const SourceRange& range, std::size_t numb
 void read_sources(const KeptPoints& kept, int workers, const TakeKept& take,
                   const std::function<void(std::uint64_t)>& advance) {
     KeptReader reader(kept, advance);
-    const std::vector<SourceRange> ranges = reader.ranges_to_read(kRangePoints);
-    reader.stream(ranges, workers, [&](std::size_t, std::size_t range, const Chunk& chunk) {
+    const std::vector<ArchivePart> parts = reader.parts_to_read(kRangePoints);
+    reader.stream(parts, workers, [&](std::size_t, std::size_t part, const Chunk& chunk) {
         Batch batch;
-        reader.collect(ranges[range], chunk, batch);
+        reader.collect(parts[part], chunk, batch);
         if (!batch.ids.empty()) {
             take(batch.block());
         }
@@ -213,12 +213,12 @@ void read_sources(const KeptPoints& kept, int workers, const TakeKept& take,
 void read_sources_in_order(const KeptPoints& kept, int workers, const TakeKept& take,
                            const std::function<void(std::uint64_t)>& advance) {
     KeptReader reader(kept, advance);
-    const std::vector<SourceRange> ranges = reader.ranges_to_read(kOrderedRangePoints);
+    const std::vector<ArchivePart> parts = reader.parts_to_read(kOrderedRangePoints);
     Turns turns;
     const std::size_t most = most_waiting(kept.attributes.row_size);
-    run_tasks(ranges.size(), workers, [&](std::size_t i) {
+    run_tasks(parts.size(), workers, [&](std::size_t i) {
         try {
-            read_in_turn(reader, ranges[i], i, turns, most, take);
+            read_in_turn(reader, parts[i], i, turns, most, take);
         } catch (...) {
             turns.fail(std::current_exception());
             throw;

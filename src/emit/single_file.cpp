@@ -12,7 +12,7 @@
 #include "emit/cloud_header.hpp"
 #include "emit/lattice.hpp"
 #include "emit/output_check.hpp"
-#include "input/stream.hpp"
+#include "input/staged_reader.hpp"
 #include "knap/error.hpp"
 #include "output/cloud_writer.hpp"
 
@@ -51,7 +51,8 @@ std::vector<Attribute> flagged_attributes(const AttributePlan& plan) {
 }
 
 /// All points that are written if all are: those that are not rejected.
-Selection finite_points(const SourceTable& sources, int workers) {
+Selection finite_points(const KeptPoints& kept, int workers) {
+    const SourceTable& sources = kept.sources;
     Selection all(sources.points());
     if (sources.rejected() == 0) {
         for (PointId id = 0; id < all.size(); ++id) {
@@ -60,12 +61,12 @@ Selection finite_points(const SourceTable& sources, int workers) {
         all.finish();
         return all;
     }
-    const std::vector<SourceInfo> infos = sources.infos();
-    const std::vector<SourceRange> ranges = cut_into_ranges(infos, kRangePoints);
+    const StagedReader reader(sources, kept.staged, {}, kept.note);
+    const std::vector<ArchivePart> parts = reader.parts(kRangePoints);
     std::mutex mutex;
-    stream_ranges(infos, ranges, workers, kChunkPoints,
-                  [&](std::size_t, std::size_t range, const Chunk& chunk) {
-                      const SourceEntry& source = sources.sources()[ranges[range].source];
+    reader.stream(parts, workers, kChunkPoints,
+                  [&](std::size_t, std::size_t part, const Chunk& chunk) {
+                      const SourceEntry& source = sources.sources()[parts[part].range.source];
                       const std::scoped_lock lock(mutex);
                       for (std::size_t i = 0; i < chunk.positions.size(); ++i) {
                           const std::uint64_t index = chunk.first + i;
@@ -107,7 +108,7 @@ EmitResult emit_single_file(const KeptPoints& kept, const EmitRequest& request) 
     const CloudFormat format = *cloud_format_of(path);
     const bool is_las = format == CloudFormat::kLas || format == CloudFormat::kLaz;
     const bool flag = request.output.flag;
-    const Selection all = flag ? finite_points(kept.sources, request.threads) : Selection();
+    const Selection all = flag ? finite_points(kept, request.threads) : Selection();
     const Selection& written = flag ? all : kept.selection;
     const double step =
         is_las ? choose_lattice(request.output.step, kept.sources, request.spacing).step : 1;
@@ -125,7 +126,8 @@ EmitResult emit_single_file(const KeptPoints& kept, const EmitRequest& request) 
     const auto append = [&](const KeptBlock& block) {
         writer->append(block.positions, flag ? flagged.of(block) : block.rows);
     };
-    const KeptPoints points{kept.sources, written, {}, kept.attributes, kept.note, kept.measures};
+    const KeptPoints points{kept.sources, written,     {},           kept.attributes,
+                            kept.note,    kept.staged, kept.measures};
     read_kept_in_order(points, request.threads, append, request.advance);
     EmitResult result{path, 0, writer->complete()};
     request.on_whole(result, path.parent_path());

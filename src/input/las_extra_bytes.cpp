@@ -17,6 +17,7 @@ using enum ScalarType;
 
 constexpr std::uint16_t kExtraBytesRecord = 4;
 constexpr std::size_t kDescriptor = 192;
+constexpr std::size_t kMostBytes = std::size_t{1} << 20;
 
 // Offsets in a descriptor.
 constexpr std::size_t kType = 2, kOptions = 3, kName = 4, kScale = 112, kOffset = 136,
@@ -82,6 +83,23 @@ std::vector<Attribute> Descriptor::attributes() const {
 
 }  // namespace
 
+bool extra_bytes_say_more(const InputFile& file, std::span<const LasRecord> records) {
+    return std::ranges::any_of(records, [&](const LasRecord& record) {
+        if (record.user_id != "LASF_Spec" || record.id != kExtraBytesRecord) {
+            return false;
+        }
+        const std::vector<std::byte> content = read_las_record(file, record, kMostBytes);
+        for (std::size_t at = 0; at + kDescriptor <= content.size(); at += kDescriptor) {
+            constexpr std::byte kMissingLeastLargest{7};
+            if (content[at + kType] != std::byte{0} &&
+                (content[at + kOptions] & kMissingLeastLargest) != std::byte{0}) {
+                return true;
+            }
+        }
+        return false;
+    });
+}
+
 std::vector<Attribute> las_extra_bytes(const InputFile& file, std::size_t bytes,
                                        std::span<const LasRecord> records) {
     std::vector<Attribute> all;
@@ -89,7 +107,7 @@ std::vector<Attribute> las_extra_bytes(const InputFile& file, std::size_t bytes,
         if (record.user_id != "LASF_Spec" || record.id != kExtraBytesRecord) {
             continue;
         }
-        const std::vector<std::byte> content = read_las_record(file, record, std::size_t{1} << 20);
+        const std::vector<std::byte> content = read_las_record(file, record, kMostBytes);
         for (std::size_t at = 0; at + kDescriptor <= content.size(); at += kDescriptor) {
             for (Attribute& attribute :
                  Descriptor(std::span(content).subspan(at, kDescriptor)).attributes()) {

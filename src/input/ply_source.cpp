@@ -51,6 +51,12 @@ void describe_properties(const PlyHeader& header, SourceInfo& info) {
         info.schema.push_back({properties[i].name, properties[i].type, 1});
     }
     make_names_unique(info.schema);
+    for (std::size_t i = 0; i < header.elements.size(); ++i) {
+        const PlyElement& element = header.elements[i];
+        if (i != header.vertex && element.count > 0) {
+            info.unsupported.push_back(fmt::format("element '{}'", element.name));
+        }
+    }
 }
 
 SourceInfo describe(const InputFile& file, const PlyHeader& header) {

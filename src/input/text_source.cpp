@@ -6,6 +6,7 @@
 #include <array>
 #include <bit>
 #include <limits>
+#include <optional>
 #include <string_view>
 #include <utility>
 
@@ -14,6 +15,7 @@
 #include "input/line_reader.hpp"
 #include "input/number.hpp"
 #include "input/text_layout.hpp"
+#include "input/words.hpp"
 #include "knap/error.hpp"
 
 namespace knap {
@@ -54,7 +56,6 @@ class TextSource final : public PointSource {
         info_.format =
             fmt::format("{}{}", format_name(layout_), is_gunzipped(file_) ? ", gzip" : "");
         describe_columns();
-        info_.declared_count = layout_.count;
         info_.size_bytes = file_.size_on_disk();
         std::string_view line;
         while (lines_.line_number() < layout_.lines_before && lines_.next(line)) {
@@ -83,15 +84,13 @@ class TextSource final : public PointSource {
             if (is_text_comment(line)) {
                 continue;
             }
-            if (layout_.count == next_ + chunk.positions.size()) {
-                fail(fmt::format("the end after {} points as line {} says", *layout_.count,
-                                 layout_.count_line),
-                     excerpt(line));
+            if (layout_.count == next_ + chunk.positions.size() && begins_scan(line)) {
+                continue;
             }
             parse(line, chunk);
         }
         next_ += chunk.positions.size();
-        if (chunk.positions.empty() && layout_.count.value_or(next_) != next_) {
+        if (chunk.positions.empty() && layout_.count.value_or(0) > next_) {
             throw InputError(
                 fmt::format("{}: the data ends early: expected {} points as line {} says, found {}",
                             file_.path().string(), *layout_.count, layout_.count_line, next_));
@@ -123,6 +122,17 @@ class TextSource final : public PointSource {
             place_of_.push_back(i);
         }
         make_names_unique(info_.schema);
+    }
+
+    /// Behind as many points as the file tells of: is this the count of another scan? If not, there
+    /// are more points than it tells of, and they are read.
+    bool begins_scan(std::string_view line) {
+        const std::optional<std::uint64_t> more = parse_count(trimmed(line));
+        if (more) {
+            layout_.count = *layout_.count + *more;
+            layout_.count_line = lines_.line_number();
+        }
+        return more.has_value();
     }
 
     /// Appends the point of a line to the chunk.

@@ -11,7 +11,6 @@
 #include <string_view>
 
 #include "base/scalar.hpp"
-#include "input/stream.hpp"
 #include "knap/error.hpp"
 
 namespace knap {
@@ -123,21 +122,31 @@ void check_keep(const KeepExpression& expression, std::span<const SourceInfo> so
     }
 }
 
-void find_held(const KeepExpression& expression, const SourceTable& sources, int workers,
+std::vector<std::vector<std::size_t>> columns_of(const KeepExpression& expression,
+                                                 std::span<const SourceInfo> sources) {
+    std::vector<std::vector<std::size_t>> columns;
+    columns.reserve(sources.size());
+    for (const SourceInfo& source : sources) {
+        columns.push_back(plan_source(expression, source).columns);
+    }
+    return columns;
+}
+
+void find_held(const KeepExpression& expression, const SourceTable& sources,
+               const StagedPoints& staged, const StagedReader::Note& note, int workers,
                const std::function<void(const HeldPoints&)>& take,
                const std::function<void(std::uint64_t)>& advance) {
     const std::vector<SourceInfo> infos = sources.infos();
     check_keep(expression, infos);
     std::vector<SourcePlan> plans;
-    std::vector<std::vector<std::size_t>> columns;
     for (const SourceInfo& info : infos) {
         plans.push_back(plan_source(expression, info));
-        columns.push_back(plans.back().columns);
     }
-    const std::vector<SourceRange> ranges = cut_into_ranges(infos, kRangePoints);
+    const StagedReader reader(sources, &staged, columns_of(expression, infos), note);
+    const std::vector<ArchivePart> parts = reader.parts(kRangePoints);
     std::mutex mutex;
-    const auto consume = [&](std::size_t, std::size_t range, const Chunk& chunk) {
-        const std::size_t number = ranges[range].source;
+    const auto consume = [&](std::size_t, std::size_t part, const Chunk& chunk) {
+        const std::size_t number = parts[part].range.source;
         const SourceEntry& source = sources.sources()[number];
         if (chunk.first + chunk.positions.size() > source.points) {
             throw InputError(fmt::format("{}: expected {} points as in the survey, found more",
@@ -164,7 +173,7 @@ void find_held(const KeepExpression& expression, const SourceTable& sources, int
         }
         advance(chunk.positions.size());
     };
-    stream_ranges(infos, ranges, workers, kChunkPoints, consume, columns);
+    reader.stream(parts, workers, kChunkPoints, consume);
 }
 
 }  // namespace knap

@@ -67,6 +67,7 @@ class Emitting {
         request.runs = stage_.merged.runs;
         request.range_of = [law = RangeLaw(done_.range, stage_.ranked.mean_curvature)](
                                double curvature) { return law.of(curvature); };
+        request.staged = stage_.staged;
         request.tiles = {.done = read_tiles(stage_.log),
                          .on_tile = [&](std::size_t number, const ManifestTile& tile) {
                              record_tile(stage_.log, number, tile);

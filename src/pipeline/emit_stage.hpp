@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "base/scratch.hpp"
+#include "input/staged_reader.hpp"
 #include "knap/job.hpp"
 #include "pipeline/job_log.hpp"
 #include "pipeline/merge_stage.hpp"
@@ -19,6 +20,7 @@ struct EmitStage {
     const SourceTable& table;
     const RankResult& ranked;
     const Merged& merged;
+    const StagedPoints& staged;  ///< that is still there
     ScratchFolder& scratch;
     JobLog& log;
     StageClock& clock;

@@ -7,11 +7,14 @@
 #include "base/file.hpp"
 #include "base/scratch.hpp"
 #include "base/threads.hpp"
+#include "emit/emit.hpp"
+#include "emit/output_check.hpp"
 #include "knap/error.hpp"
 #include "merge/region.hpp"
 #include "pipeline/repair.hpp"
 #include "pipeline/sources.hpp"
 #include "pipeline/stage_clock.hpp"
+#include "pipeline/staging.hpp"
 #include "rank/held_bricks.hpp"
 #include "report/drawing.hpp"
 #include "scatter/scatter.hpp"
@@ -43,6 +46,8 @@ constexpr double kBrickIdBytes = 1.25;
 constexpr double kVoxelBytes = 5;
 // Bytes of a curvature in a ranked run, as a drop from the one before.
 constexpr double kRunKeyBytes = 5.5;
+// Of the points, where a job does not say.
+constexpr double kKeptShare = 0.25;
 // Repair's suspects and its copies of what is kept, over the runs, which stay.
 constexpr double kRepairShare = 0.5;
 
@@ -56,6 +61,63 @@ std::uint64_t id_bytes(std::uint64_t points) {
         ++bytes;
     }
     return bytes;
+}
+
+}  // namespace
+
+namespace {
+
+/// What lies in scratch from the survey to the end.
+struct StagedForecast {
+    bool stays = false;
+    double bytes = 0;
+};
+
+StagedForecast forecast_staged(const Job& job, const Survey& survey, std::uint64_t free) {
+    if (survey.staged.files.empty()) {
+        const Staging staging = plan_staging(job, survey.table.infos(), scratch_parent(job), free);
+        return {staging.stays, static_cast<double>(staging.bytes)};
+    }
+    StagedForecast staged{survey.staged.stays, 0};
+    for (const PositionFile& file : survey.staged.files) {
+        staged.bytes += staged.stays ? static_cast<double>(file.bytes + file.column_bytes) : 0;
+    }
+    return staged;
+}
+
+/// How many points a job keeps, about.
+std::uint64_t kept_about(const Job& job, const Forecast& forecast) {
+    const std::uint64_t counted = forecast.points - forecast.rejected;
+    if (job.range.count > 0) {
+        return std::min(counted, job.range.count);
+    }
+    const double share = job.range.ratio > 0 ? job.range.ratio : kKeptShare;
+    return static_cast<std::uint64_t>(share * static_cast<double>(counted));
+}
+
+/// Memory that emit cannot do without. Of a single file it is known only with the kept points.
+std::uint64_t tile_memory_bytes(const Job& job, const Forecast& forecast) {
+    if (output_kind(job.output.path) != OutputKind::kArchive) {
+        return 0;
+    }
+    return emit_memory_bytes(kept_about(job, forecast), job.output,
+                             plan_attributes(forecast.sources, job.output.attributes));
+}
+
+/// The kept points' runs, and the points with their rows where the memory does not hold them.
+double emit_scratch_bytes(const Job& job, const Forecast& forecast, const Budgets& budgets,
+                          double runs) {
+    const std::uint64_t kept = kept_about(job, forecast);
+    const std::uint64_t counted = forecast.points - forecast.rejected;
+    if (kept == 0 || output_kind(job.output.path) != OutputKind::kArchive) {
+        return 0;
+    }
+    const double run_point = runs / static_cast<double>(counted);
+    const AttributePlan attributes = plan_attributes(forecast.sources, job.output.attributes);
+    const bool fits = kept * emit_point_bytes(attributes) <= budgets.stage;
+    // A part is there until both its halves are.
+    const double through = fits ? 0 : 2 * (run_point + static_cast<double>(attributes.row_size));
+    return static_cast<double>(kept) * (run_point + through);
 }
 
 }  // namespace
@@ -121,6 +183,11 @@ Forecast make_forecast(const Job& job, const Survey& survey, const BrickPlan& pl
                                                 Selection::memory_bytes(forecast.points));
     }
 
+    forecast.memory_bytes =
+        std::max(forecast.memory_bytes, kProcessBytes + Selection::memory_bytes(forecast.points) +
+                                            tile_memory_bytes(job, forecast));
+    forecast.scratch_free_bytes = free_bytes(scratch_parent(job));
+
     const std::uint64_t counted = forecast.points - forecast.rejected;
     const auto packed = static_cast<double>(survey.table.packed_size());
     const double brick_point = packed + kBrickIdBytes;
@@ -128,19 +195,22 @@ Forecast make_forecast(const Job& job, const Survey& survey, const BrickPlan& pl
     const double bricks = brick_point * static_cast<double>(in_bricks) + voxels;
     // Positions go as the bricks that are made from them grow.
     const auto positions = static_cast<double>(position_bytes(forecast.sources));
-    const double scattered = std::max(bricks, positions + voxels) + kPositionsLeft * positions;
+    const StagedForecast staged = forecast_staged(job, survey, forecast.scratch_free_bytes);
+    const double scattered =
+        staged.stays ? bricks : std::max(bricks, positions + voxels) + kPositionsLeft * positions;
     const double frame = needs_frames(job.range) ? PackedFrame::kBytes : 0;
     const double runs =
         (packed + kRunKeyBytes + static_cast<double>(id_bytes(forecast.points)) + frame) *
         static_cast<double>(counted);
     const double repairing = repairs(job.range) ? runs * kRepairShare : 0;
     // A brick file goes when its run is written: at the end, all runs and the last bricks.
-    forecast.scratch_bytes = static_cast<std::uint64_t>(std::max(
-        scattered, runs + std::max(repairing, brick_point * static_cast<double>(in_work))));
+    const double ranked = runs + std::max(repairing, brick_point * static_cast<double>(in_work));
+    const double kept = emit_scratch_bytes(job, forecast, budgets, runs);
+    forecast.scratch_bytes =
+        static_cast<std::uint64_t>(staged.bytes + std::max({scattered, ranked, kept}));
     if (job.output.report) {
         forecast.scratch_bytes += CloudDrawing::file_bytes();
     }
-    forecast.scratch_free_bytes = free_bytes(scratch_parent(job));
     return forecast;
 }
 

@@ -30,9 +30,9 @@ bool is_before(const Vec3& a, const Vec3& b) {
 /// Finds the points and adds them.
 class Protecting {
   public:
-    Protecting(const MergeStage& stage, int threads, Merged& merged,
+    Protecting(const MergeStage& stage, const StagedPoints& staged, int threads, Merged& merged,
                const std::function<void(std::uint64_t)>& advance)
-        : stage_(stage), threads_(threads), merged_(merged), advance_(advance) {}
+        : stage_(stage), staged_(staged), threads_(threads), merged_(merged), advance_(advance) {}
 
     void run() {
         const std::uint64_t kept = merged_.result.selection.count();
@@ -40,8 +40,8 @@ class Protecting {
         for_each_ranked([&](const RankedPoint& point) { ranked_.set(point.id); });
         const KeepExpression expression(stage_.range.keep);
         find_held(
-            expression, stage_.table, threads_, [&](const HeldPoints& held) { take(held); },
-            advance_);
+            expression, stage_.table, staged_, stage_.note, threads_,
+            [&](const HeldPoints& held) { take(held); }, advance_);
         add_where_merged();
         merged_.result.selection.finish();
         merged_.protected_points = merged_.result.selection.count() - kept;
@@ -89,6 +89,7 @@ class Protecting {
     }
 
     const MergeStage& stage_;
+    const StagedPoints& staged_;
     int threads_;
     Merged& merged_;
     const std::function<void(std::uint64_t)>& advance_;
@@ -104,8 +105,8 @@ void check_keep(const Job& job, const std::vector<fs::path>& files) {
     }
 }
 
-void protect_points(const MergeStage& stage, int threads, Merged& merged,
-                    const std::function<void(std::uint64_t)>& advance) {
+void protect_points(const MergeStage& stage, const StagedPoints& staged, int threads,
+                    Merged& merged, const std::function<void(std::uint64_t)>& advance) {
     const fs::path file = stage.scratch.path() / kProtectedFile;
     const std::uint64_t counted = merged.result.kept + merged.result.represented;
     if (const auto* before = stage.log.find(kStage, kProtectedFile)) {
@@ -113,7 +114,7 @@ void protect_points(const MergeStage& stage, int threads, Merged& merged,
         merged.protected_points = before->at("protected");
         advance(stage.table.points());
     } else {
-        Protecting(stage, threads, merged, advance).run();
+        Protecting(stage, staged, threads, merged, advance).run();
         merged.result.selection.save(file);
         stage.scratch.grew_by(static_cast<std::int64_t>(fs::file_size(file)));
         stage.log.record(kStage, kProtectedFile, {{"protected", merged.protected_points}});

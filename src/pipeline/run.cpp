@@ -27,6 +27,7 @@
 #include "pipeline/report_stage.hpp"
 #include "pipeline/sources.hpp"
 #include "pipeline/stage_clock.hpp"
+#include "pipeline/staging.hpp"
 #include "pipeline/survey_record.hpp"
 #include "plan/plan.hpp"
 #include "rank/rank.hpp"
@@ -100,7 +101,7 @@ class Pipeline {
             }
             if (!job_.range.keep.empty()) {
                 clock_.time("keep", bricks.table.points(), [&](const auto& advance) {
-                    protect_points(stage, threads_, merged, advance);
+                    protect_points(stage, bricks.staged, threads_, merged, advance);
                     return merged.result.kept;
                 });
             }
@@ -108,6 +109,7 @@ class Pipeline {
                                          .table = bricks.table,
                                          .ranked = ranked,
                                          .merged = merged,
+                                         .staged = bricks.staged,
                                          .scratch = scratch_,
                                          .log = log_,
                                          .clock = clock_,
@@ -134,6 +136,7 @@ class Pipeline {
         SourceTable table;
         BrickPlan plan;
         std::vector<BrickFile> files;
+        StagedPoints staged;  ///< that stays
     };
 
     // Goes on with what an earlier run left, if that was the same job.
@@ -207,6 +210,10 @@ class Pipeline {
                                   : "";
     }
 
+    static StagedPoints still_there(const StagedPoints& staged) {
+        return staged.stays ? staged : StagedPoints();
+    }
+
     // The occupancy lives only as long as bricks are cut.
     Scattered cut() {
         const Survey archive = survey_all();
@@ -222,7 +229,7 @@ class Pipeline {
             throw;
         }
         std::vector<BrickFile> files = scatter_all(archive, bricks);
-        return {archive.table, bricks, std::move(files)};
+        return {archive.table, bricks, std::move(files), still_there(archive.staged)};
     }
 
     Survey survey_all() {
@@ -232,13 +239,17 @@ class Pipeline {
                 SavedSurvey saved = load_survey(file, source_infos(files_));
                 advance(saved.table.points());
                 return {std::move(saved.table), std::move(saved.occupancy),
-                        recorded_positions(*before, scratch_.path())};
+                        recorded_points(*before, scratch_.path())};
             }
-            remove_positions(scratch_.path());
+            remove_staged(scratch_.path());
+            Staging staging = plan_staging(job_, source_infos(files_), scratch_.path(),
+                                           free_bytes(scratch_.path()));
             return survey({.files = files_,
                            .threads = threads_,
                            .budget_bytes = budgets_.survey,
-                           .positions = positions_folder(files_, scratch_.path()),
+                           .positions = staging.folder,
+                           .columns = std::move(staging.columns),
+                           .stays = staging.stays,
                            .standard_input = job_.standard_input},
                           advance);
         });
@@ -297,7 +308,7 @@ class Pipeline {
         const BrickMap map(archive.occupancy, plan);
         return scatter(archive.table, plan, map,
                        {.folder = scratch_.path(),
-                        .positions = archive.positions,
+                        .staged = archive.staged,
                         .threads = threads_,
                         .budget_bytes = budgets_.stage / 4,
                         .state = state,

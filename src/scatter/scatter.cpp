@@ -9,9 +9,9 @@
 #include <system_error>
 
 #include "base/threads.hpp"
+#include "input/staged_reader.hpp"
 #include "input/stream.hpp"
 #include "knap/error.hpp"
-#include "scatter/archive_parts.hpp"
 #include "store/brick_file.hpp"
 
 namespace knap {
@@ -161,9 +161,8 @@ class Scatterer {
 // Parts between two commits. Positions are held until their points are committed, so of an archive
 // that has them each takes a small share.
 std::size_t parts_per_commit(const std::vector<ArchivePart>& parts, int threads) {
-    const bool staged = std::any_of(parts.begin(), parts.end(), [](const ArchivePart& part) {
-        return part.positions != nullptr;
-    });
+    const bool staged = std::any_of(parts.begin(), parts.end(),
+                                    [](const ArchivePart& part) { return part.staged != nullptr; });
     const auto share = static_cast<std::size_t>(static_cast<double>(parts.size()) * kPositionsLeft);
     const std::size_t fewest = 2 * static_cast<std::size_t>(threads);
     return staged ? std::clamp(share, fewest, std::max(fewest, kPartsPerCommit)) : kPartsPerCommit;
@@ -172,9 +171,9 @@ std::size_t parts_per_commit(const std::vector<ArchivePart>& parts, int threads)
 // An earlier run may have removed them already.
 void remove_positions(std::span<const ArchivePart> parts) {
     for (const ArchivePart& part : parts) {
-        if (part.positions != nullptr) {
+        if (part.staged != nullptr) {
             std::error_code ignored;
-            std::filesystem::remove(part.positions->path, ignored);
+            std::filesystem::remove(part.staged->path, ignored);
         }
     }
 }
@@ -190,18 +189,25 @@ std::vector<BrickFile> scatter(const SourceTable& table, const BrickPlan& plan, 
     for (int i = 0; i < request.threads; ++i) {
         workers.push_back({BrickMap::Reader(map), std::vector<Buffers>(plan.bricks.size())});
     }
-    const std::vector<ArchivePart> parts = cut_into_parts(table, request.positions);
+    const StagedReader reader(table, &request.staged, {}, request.note);
+    const std::vector<ArchivePart> parts = reader.parts(kRangePoints);
     const std::size_t step = parts_per_commit(parts, request.threads);
     ScatterState state = request.state;
     const auto done = std::span(parts).first(state.parts_done);
-    remove_positions(done);
+    const auto remove = [&](std::span<const ArchivePart> committed) {
+        if (!request.staged.stays) {
+            remove_positions(committed);
+        }
+    };
+    remove(done);
     advance(points_of(table, done));
     do {
         const std::size_t first = state.parts_done;
         const std::size_t count = std::min(step, parts.size() - first);
         run_tasks(count, request.threads, [&](std::size_t i, std::size_t slot) {
             const std::size_t source = parts[first + i].range.source;
-            stream_part(table, parts[first + i], request.note, [&](const Chunk& chunk) {
+            const std::span<const ArchivePart> part = std::span(parts).subspan(first + i, 1);
+            reader.stream(part, 1, kChunkPoints, [&](std::size_t, std::size_t, const Chunk& chunk) {
                 PointId id = table.sources()[source].first_id + chunk.first;
                 for (const Vec3& p : chunk.positions) {
                     if (is_finite(p)) {
@@ -217,7 +223,7 @@ std::vector<BrickFile> scatter(const SourceTable& table, const BrickPlan& plan, 
         }
         state = scatterer.state(workers, first + count);
         request.commit(state);
-        remove_positions(std::span(parts).subspan(first, count));
+        remove(std::span(parts).subspan(first, count));
     } while (state.parts_done < parts.size());
 
     return brick_files(request.folder, plan, state);

@@ -6,23 +6,23 @@
 #include <string>
 #include <vector>
 
+#include "input/staged_reader.hpp"
 #include "knap/geometry.hpp"
 #include "store/brick_map.hpp"
 #include "store/brick_plan.hpp"
 #include "store/checkpoint.hpp"
-#include "store/position_file.hpp"
 #include "store/source_table.hpp"
 
 namespace knap {
 
 struct ScatterRequest {
-    std::filesystem::path folder;              ///< exists; gets a file a brick
-    std::vector<PositionFile> positions = {};  ///< as the survey left them; removed as they are
-                                               ///< no longer needed
-    int threads = 1;                           ///< >= 1
-    std::uint64_t budget_bytes = 0;            ///< for all buffers
-    ScatterState state = {};  ///< where an earlier run stopped; brick files are as it says,
-                              ///< or longer
+    std::filesystem::path folder;  ///< exists; gets a file a brick
+    StagedPoints staged = {};  ///< as the survey left them; removed as they are no longer needed,
+                               ///< if they do not stay
+    int threads = 1;           ///< >= 1
+    std::uint64_t budget_bytes = 0;  ///< for all buffers
+    ScatterState state = {};         ///< where an earlier run stopped; brick files are as it says,
+                                     ///< or longer
     /// Told the state whenever everything up to it is in the files.
     std::function<void(const ScatterState&)> commit = [](const ScatterState&) {};
     /// Told of damaged positions that the source stands in for, from any thread.

@@ -21,6 +21,13 @@ struct PositionFile {
     std::uint64_t first = 0;  ///< index in the source of the first point
     std::uint64_t count = 0;  ///< points, those that are not finite included
     std::uint64_t bytes = 0;  ///< of the file
+    /// Of the file of columns beside it (store/column_file.hpp), block by block as many points as
+    /// this one; 0: there is none.
+    std::uint64_t column_bytes = 0;
+
+    std::filesystem::path columns_path() const {
+        return std::filesystem::path(path).replace_extension(".columns");
+    }
 };
 
 /// Writes a position file; it exists only once finish() has returned.

@@ -12,6 +12,17 @@ namespace {
 constexpr std::uint64_t kFiles = 256;
 constexpr std::uint64_t kFewestPoints = std::uint64_t{1} << 16;
 constexpr std::uint64_t kMostPoints = std::uint64_t{1} << 20;
+// Who reads columns back holds a block of all of them, and more beside it.
+constexpr std::size_t kBlockPoints = std::size_t{1} << 14;
+
+std::vector<std::size_t> value_sizes(const SourceInfo& info, std::span<const std::size_t> columns) {
+    std::vector<std::size_t> sizes;
+    sizes.reserve(columns.size());
+    for (const std::size_t column : columns) {
+        sizes.push_back(info.schema[column].value_size());
+    }
+    return sizes;
+}
 
 }  // namespace
 
@@ -19,8 +30,8 @@ PositionStager::PositionStager(std::filesystem::path folder, std::uint64_t point
     : folder_(std::move(folder)),
       points_a_file_(std::clamp(points / kFiles, kFewestPoints, kMostPoints)) {}
 
-void PositionStager::add(std::size_t range, std::size_t source, const CoordinateFormat& format,
-                         const Chunk& chunk) {
+void PositionStager::add(std::size_t range, std::size_t source, const SourceInfo& info,
+                         std::span<const std::size_t> columns, const Chunk& chunk) {
     if (writer_ && (range != range_ || files_.back().count >= points_a_file_)) {
         close();
     }
@@ -28,10 +39,20 @@ void PositionStager::add(std::size_t range, std::size_t source, const Coordinate
         range_ = range;
         const std::filesystem::path path =
             folder_ / fmt::format("{:06}-{:012}.positions", source, chunk.first);
-        writer_ = std::make_unique<PositionWriter>(path, PositionCodec(format));
+        writer_ = std::make_unique<PositionWriter>(path, PositionCodec(info.coordinates));
         files_.push_back({path, source, chunk.first, 0, 0});
+        if (!columns.empty()) {
+            columns_ = std::make_unique<ColumnWriter>(files_.back().columns_path(),
+                                                      value_sizes(info, columns));
+        }
     }
-    writer_->add(chunk.positions);
+    for (std::size_t at = 0; at < chunk.positions.size(); at += kBlockPoints) {
+        const std::size_t count = std::min(kBlockPoints, chunk.positions.size() - at);
+        writer_->add(std::span(chunk.positions).subspan(at, count));
+        if (columns_) {
+            columns_->add(chunk.columns, at, count);
+        }
+    }
     files_.back().count += chunk.positions.size();
 }
 
@@ -44,6 +65,10 @@ void PositionStager::close() {
     if (writer_) {
         files_.back().bytes = writer_->finish();
         writer_.reset();
+        if (columns_) {
+            files_.back().column_bytes = columns_->finish();
+            columns_.reset();
+        }
     }
 }
 

@@ -4,15 +4,17 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "knap/source.hpp"
+#include "store/column_file.hpp"
 #include "store/position_file.hpp"
 
 namespace knap {
 
-/// Writes the positions that one thread reads, some of a range of a source to a file: files so
-/// small that those which are read back can go a few at a time.
+/// Writes the positions that one thread reads, and the columns beside them, some of a range of a
+/// source to a file: files so small that those which are read back can go a few at a time.
 class PositionStager {
   public:
     /// @param folder  exists
@@ -20,10 +22,12 @@ class PositionStager {
     PositionStager(std::filesystem::path folder, std::uint64_t points);
 
     /// @param range   which of all ranges the chunk is of; its chunks come in order
-    /// @param source  which the range is of, and how it stores coordinates
+    /// @param source  which the range is of
+    /// @param info    of it
+    /// @param columns of the chunk, indices in its schema
     /// @throws StorageError
-    void add(std::size_t range, std::size_t source, const CoordinateFormat& format,
-             const Chunk& chunk);
+    void add(std::size_t range, std::size_t source, const SourceInfo& info,
+             std::span<const std::size_t> columns, const Chunk& chunk);
 
     /// All that was written, whole.
     /// @throws StorageError
@@ -36,6 +40,7 @@ class PositionStager {
     std::uint64_t points_a_file_;
     std::size_t range_ = 0;
     std::unique_ptr<PositionWriter> writer_;
+    std::unique_ptr<ColumnWriter> columns_;
     std::vector<PositionFile> files_;
 };
 

@@ -53,6 +53,19 @@ bool is_slow(const SourceInfo& info) {
     return info.seek_granularity != 1;
 }
 
+std::vector<std::vector<std::size_t>> staged_columns(const std::vector<SourceInfo>& infos,
+                                                     const SurveyRequest& request) {
+    std::vector<std::vector<std::size_t>> columns(infos.size());
+    if (!request.positions.empty()) {
+        for (std::size_t i = 0; i < request.columns.size(); ++i) {
+            if (is_slow(infos[i])) {
+                columns[i] = request.columns[i];
+            }
+        }
+    }
+    return columns;
+}
+
 // What one thread has seen of one source.
 struct Tally {
     std::uint64_t points = 0;
@@ -100,10 +113,24 @@ double first_voxel_size(const std::vector<std::filesystem::path>& files, double 
 
 }  // namespace
 
-std::uint64_t survey_overhead_bytes(int threads) {
+std::uint64_t survey_overhead_bytes(int threads, std::size_t columns_size) {
     constexpr std::uint64_t kReaderBytes = std::uint64_t{4} << 20;
     // A chunk, and what is written of it.
-    return static_cast<std::uint64_t>(threads) * (kReaderBytes + 2 * kChunkPoints * sizeof(Vec3));
+    return static_cast<std::uint64_t>(threads) *
+           (kReaderBytes + 2 * kChunkPoints * (sizeof(Vec3) + columns_size));
+}
+
+std::uint64_t column_bytes(const std::vector<SourceInfo>& infos,
+                           const std::vector<std::vector<std::size_t>>& columns) {
+    std::uint64_t bytes = 0;
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+        for (const std::size_t column : columns[i]) {
+            bytes += is_slow(infos[i])
+                         ? points_about(infos[i]) * infos[i].schema[column].value_size()
+                         : 0;
+        }
+    }
+    return bytes;
 }
 
 std::uint64_t position_bytes(const std::vector<SourceInfo>& infos) {
@@ -131,26 +158,29 @@ Survey survey(const SurveyRequest& request, const std::function<void(std::uint64
         workers.back().tallies.resize(infos.size());
     }
 
+    StagedPoints staged{{}, staged_columns(infos, request), request.stays};
     const std::vector<SourceRange> ranges = cut_into_ranges(infos, kRangePoints);
-    stream_ranges(infos, ranges, static_cast<int>(threads), kChunkPoints,
-                  [&](std::size_t slot, std::size_t range, const Chunk& chunk) {
-                      Worker& worker = workers[slot];
-                      const std::size_t source = ranges[range].source;
-                      Tally& tally = worker.tallies[source];
-                      if (!request.positions.empty() && is_slow(infos[source])) {
-                          worker.stager.add(range, source, infos[source].coordinates, chunk);
-                      }
-                      for (const Vec3& p : chunk.positions) {
-                          if (is_finite(p)) {
-                              worker.box.extend(p);
-                              worker.occupancy.add(p);
-                          } else {
-                              ++tally.rejected;
-                          }
-                      }
-                      tally.points += chunk.positions.size();
-                      advance(chunk.positions.size());
-                  });
+    stream_ranges(
+        infos, ranges, static_cast<int>(threads), kChunkPoints,
+        [&](std::size_t slot, std::size_t range, const Chunk& chunk) {
+            Worker& worker = workers[slot];
+            const std::size_t source = ranges[range].source;
+            Tally& tally = worker.tallies[source];
+            if (!request.positions.empty() && is_slow(infos[source])) {
+                worker.stager.add(range, source, infos[source], staged.columns[source], chunk);
+            }
+            for (const Vec3& p : chunk.positions) {
+                if (is_finite(p)) {
+                    worker.box.extend(p);
+                    worker.occupancy.add(p);
+                } else {
+                    ++tally.rejected;
+                }
+            }
+            tally.points += chunk.positions.size();
+            advance(chunk.positions.size());
+        },
+        staged.columns);
 
     std::vector<std::string> digests(infos.size());
     if (request.digests) {
@@ -161,10 +191,10 @@ Survey survey(const SurveyRequest& request, const std::function<void(std::uint64
 
     Box box;
     std::optional<Occupancy> occupancy;
-    std::vector<PositionFile> positions;
+    std::vector<PositionFile>& files = staged.files;
     for (Worker& worker : workers) {
-        const std::vector<PositionFile> staged = worker.stager.finish();
-        positions.insert(positions.end(), staged.begin(), staged.end());
+        const std::vector<PositionFile> written = worker.stager.finish();
+        files.insert(files.end(), written.begin(), written.end());
         box.extend(worker.box);
         if (occupancy) {
             occupancy->add(worker.occupancy);
@@ -173,7 +203,7 @@ Survey survey(const SurveyRequest& request, const std::function<void(std::uint64
         }
     }
     check_extent(box);
-    std::sort(positions.begin(), positions.end(), [](const PositionFile& a, const PositionFile& b) {
+    std::sort(files.begin(), files.end(), [](const PositionFile& a, const PositionFile& b) {
         return std::tie(a.source, a.first) < std::tie(b.source, b.first);
     });
 
@@ -189,7 +219,7 @@ Survey survey(const SurveyRequest& request, const std::function<void(std::uint64
         }
         entries.push_back(std::move(entry));
     }
-    return {SourceTable(std::move(entries), box), std::move(*occupancy), std::move(positions)};
+    return {SourceTable(std::move(entries), box), std::move(*occupancy), std::move(staged)};
 }
 
 }  // namespace knap

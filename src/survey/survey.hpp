@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "input/staged_reader.hpp"
 #include "store/occupancy.hpp"
-#include "store/position_file.hpp"
 #include "store/source_table.hpp"
 
 namespace knap {
@@ -19,6 +19,11 @@ struct SurveyRequest {
     bool digests = true;             ///< also compute the XXH3-128 of each file
     /// Exists; gets the positions of the sources that position_bytes() counts. Empty: of none.
     std::filesystem::path positions = {};
+    /// With `positions`, of each of `files`: columns, as PointSource::select() takes them, that go
+    /// there too if its positions do. Empty: none of any.
+    std::vector<std::vector<std::size_t>> columns = {};
+    /// What is there stays to the end of the job.
+    bool stays = false;
     /// Of `files`, the one that goes by the name "-". Empty: none.
     std::filesystem::path standard_input = {};
 };
@@ -27,15 +32,20 @@ struct SurveyRequest {
 struct Survey {
     SourceTable table;
     Occupancy occupancy;
-    std::vector<PositionFile> positions;  ///< in stream order; of a source all points or none
+    StagedPoints staged = {};
 };
 
 /// Bytes of scratch, about, that the positions of such sources take whose points cost far more to
 /// read than to read back: compressed ones and text. By what their headers say.
 std::uint64_t position_bytes(const std::vector<SourceInfo>& infos);
 
+/// The same for columns of such sources, before they are packed.
+/// @param columns  as SurveyRequest has them
+std::uint64_t column_bytes(const std::vector<SourceInfo>& infos,
+                           const std::vector<std::vector<std::size_t>>& columns);
+
 /// First pass over the archive: counts, bounds, rejected points, digests, and points per voxel;
-/// and positions of slow sources, so that they need not be read twice.
+/// and positions and columns of slow sources, so that they need not be read twice.
 /// @param advance  told how many points were read since the last call; from any thread
 /// @throws InputError if a source does not hold what its header says, or the bounds are so wide
 ///         that squares of distances overflow
@@ -43,6 +53,7 @@ std::uint64_t position_bytes(const std::vector<SourceInfo>& infos);
 Survey survey(const SurveyRequest& request, const std::function<void(std::uint64_t)>& advance);
 
 /// Memory that the survey takes beside the grids, for planning: readers and their chunks.
-std::uint64_t survey_overhead_bytes(int threads);
+/// @param columns_size  bytes of the columns of a point
+std::uint64_t survey_overhead_bytes(int threads, std::size_t columns_size = 0);
 
 }  // namespace knap
