@@ -89,6 +89,8 @@ struct OutputParams {
     std::string ids;         ///< also write the kept ids to this file; empty: do not
     bool overwrite = false;  ///< replace an output that exists
     bool report = false;     ///< also write report.html
+    /// Also write 3D Tiles of the kept points, into an archive.
+    bool tileset = false;
 };
 
 /// What the job may use. Nothing here changes the result.

@@ -250,6 +250,12 @@ constexpr std::array kParameters{
               .range = "true, false",
               .help = "also write report.html: pictures, histograms, counts, cost",
               .field = [](Job& job) -> ParameterField { return &job.output.report; }},
+    Parameter{.key = "output.tileset",
+              .flag = "--tileset",
+              .unit = "",
+              .range = "true, false",
+              .help = "also write 3D Tiles, for CesiumJS and others; into an archive",
+              .field = [](Job& job) -> ParameterField { return &job.output.tileset; }},
     Parameter{
         .key = "resources.memory",
         .flag = "--memory",
