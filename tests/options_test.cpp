@@ -106,6 +106,7 @@ TEST(JobOptions, EveryParameterHasItsFlag) {
                                   "--keep",
                                   "classification == 2",
                                   "--flag",
+                                  "--measures",
                                   "--discount-noise",
                                   "-o",
                                   "out",

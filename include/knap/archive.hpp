@@ -75,6 +75,8 @@ struct Verification {
     std::uint64_t tiles = 0;
     std::uint64_t points = 0;
     std::uint64_t bytes = 0;
+    std::uint64_t tileset_tiles = 0;  ///< of the 3D Tiles in the archive, if there are any
+    std::uint64_t tileset_bytes = 0;
 };
 
 /// A finished archive on disk.
@@ -95,8 +97,8 @@ class KNAP_API Archive {
     /// @throws InputError also if the attributes in the file are not those of the manifest
     Tile read_whole_tile(std::size_t tile) const;
 
-    /// Checks every checksum, count, box and decodes every tile; files that the manifest does not
-    /// name are an error too.
+    /// Checks every checksum, count, box and decodes every tile; the checksums of 3D
+    /// Tiles, if there are any. Files that neither of them names are an error too.
     /// @throws InputError naming the first file that is wrong
     Verification verify() const;
 

@@ -44,6 +44,8 @@ struct Report {
     std::uint64_t protected_points = 0;  ///< of the kept ones: for the sake of range.keep alone
     std::uint64_t tiles = 0;
     std::uint64_t output_bytes = 0;
+    std::uint64_t tileset_tiles = 0;  ///< of the 3D Tiles, where some are asked for
+    std::uint64_t tileset_bytes = 0;  ///< not among output_bytes
     std::uint64_t scratch_peak_bytes = 0;
     std::uint64_t memory_peak_bytes = 0;  ///< resident memory of the process
     std::vector<StageReport> stages;

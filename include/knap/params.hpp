@@ -84,9 +84,13 @@ struct OutputParams {
     TileEncoding encoding = TileEncoding::kAuto;
     /// Write all points, and with each whether it is kept. For .ply, .las, .laz and .xyz.
     bool flag = false;
+    /// Carry each kept point's `curvature` and `range` too.
+    bool measures = false;
     std::string ids;         ///< also write the kept ids to this file; empty: do not
     bool overwrite = false;  ///< replace an output that exists
     bool report = false;     ///< also write report.html
+    /// Also write 3D Tiles of the kept points, into an archive.
+    bool tileset = false;
 };
 
 /// What the job may use. Nothing here changes the result.

@@ -21,6 +21,12 @@ Command add_verify(CLI::App& root) {
                 fmt::print("{}: good: {} {}, {} points, {}\n", *path, format_count(found.tiles),
                            found.tiles == 1 ? "tile" : "tiles", format_count(found.points),
                            format_bytes(found.bytes));
+                if (found.tileset_tiles > 0) {
+                    fmt::print("{}: 3D Tiles: good: {} {}, {}\n", *path,
+                               format_count(found.tileset_tiles),
+                               found.tileset_tiles == 1 ? "tile" : "tiles",
+                               format_bytes(found.tileset_bytes));
+                }
             }};
 }
 

@@ -17,6 +17,7 @@ Command add_plan(CLI::App& root);
 Command add_info(CLI::App& root);
 Command add_decode(CLI::App& root);
 Command add_verify(CLI::App& root);
+Command add_tileset(CLI::App& root);
 Command add_evaluate(CLI::App& root);
 Command add_view(CLI::App& root);
 Command add_synth(CLI::App& root);

@@ -36,8 +36,9 @@ Program make_program() {
     root.allow_extras();
     root.require_subcommand(0, 1);
     program.commands = {
-        add_run(root),    add_simplify(root), add_plan(root),     add_info(root),  add_decode(root),
-        add_verify(root), add_view(root),     add_evaluate(root), add_synth(root),
+        add_run(root),     add_simplify(root), add_plan(root), add_info(root),
+        add_decode(root),  add_verify(root),   add_view(root), add_evaluate(root),
+        add_tileset(root), add_synth(root),
     };
     for (const Command& command : program.commands) {
         command.parser->allow_extras();

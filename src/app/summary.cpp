@@ -82,6 +82,11 @@ std::string format_summary(const Report& report, double seconds) {
                                                            static_cast<double>(report.counts.kept));
     }
     text += row("output size", output);
+    if (report.tileset_tiles > 0) {
+        text += row("3D Tiles", fmt::format("{} in {} {}", format_bytes(report.tileset_bytes),
+                                            format_count(report.tileset_tiles),
+                                            report.tileset_tiles == 1 ? "tile" : "tiles"));
+    }
     text += row("result", report.output.string());
     return text;
 }

@@ -13,6 +13,7 @@
 #include "base/file.hpp"
 #include "emit/draco_tile.hpp"
 #include "emit/lattice.hpp"
+#include "emit/tileset_check.hpp"
 #include "knap/error.hpp"
 #include "store/manifest.hpp"
 
@@ -93,8 +94,10 @@ void check_sums(const fs::path& file, const Manifest& manifest) {
                   counts.kept + counts.represented + counts.merged + counts.rejected);
 }
 
-void check_no_strays(const fs::path& folder, const Manifest& manifest) {
+void check_no_strays(const fs::path& folder, const Manifest& manifest,
+                     const TilesetCheck& tileset) {
     std::set<std::string> named{std::string(kManifestName), std::string(kReportName)};
+    named.insert(tileset.files.begin(), tileset.files.end());
     for (const ManifestTile& tile : manifest.tiles) {
         if (!named.insert(tile.file).second) {
             throw InputError(fmt::format("{}: tiles: expected each file once, found {} twice",
@@ -148,8 +151,11 @@ Tile Archive::read_whole_tile(std::size_t tile) const {
 Verification Archive::verify() const {
     const fs::path manifest_file = folder_ / kManifestName;
     check_sums(manifest_file, manifest_);
-    check_no_strays(folder_, manifest_);
+    const TilesetCheck tileset = check_tileset(folder_, manifest_);
+    check_no_strays(folder_, manifest_, tileset);
     Verification found;
+    found.tileset_tiles = tileset.tiles;
+    found.tileset_bytes = tileset.bytes;
     Box box;
     for (std::size_t i = 0; i < manifest_.tiles.size(); ++i) {
         const ManifestTile& tile = manifest_.tiles[i];

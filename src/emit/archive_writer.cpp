@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -15,6 +16,7 @@
 #include "emit/attribute_plan.hpp"
 #include "knap/error.hpp"
 #include "store/manifest.hpp"
+#include "store/tileset_file.hpp"
 
 namespace knap {
 
@@ -162,6 +164,10 @@ std::uint64_t ArchiveWriter::finish() {
     bytes += std::filesystem::file_size(folder_.path() / kManifestName, error);
     // An earlier run of the job may have been stopped just here.
     std::filesystem::remove(folder_.path() / kReportName, error);
+    for (const std::string_view ending : {"", ".partial", ".old"}) {
+        std::filesystem::remove_all(folder_.path() / fmt::format("{}{}", kTilesetFolder, ending),
+                                    error);
+    }
     if (output_.on_whole) {
         output_.on_whole(folder_.path(), manifest_.tiles.size(), bytes);
     }

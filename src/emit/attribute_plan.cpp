@@ -25,6 +25,10 @@ constexpr std::array kBySize{ScalarType::kInt8,    ScalarType::kUint8, ScalarTyp
                              ScalarType::kFloat32, ScalarType::kInt64, ScalarType::kUint64,
                              ScalarType::kFloat64};
 
+using Measure = std::pair<std::string_view, std::string_view>;
+constexpr std::array kMeasures{Measure{"curvature", "knap: |H|, 1 / unit"},
+                               Measure{"range", "knap: stands for, units"}};
+
 struct Range {
     bool floating = false;
     bool negative = false;
@@ -226,8 +230,33 @@ AttributePlan plan_attributes(std::span<const SourceInfo> sources,
     return plan;
 }
 
+AttributePlan plan_output(std::span<const SourceInfo> sources, const OutputParams& output) {
+    AttributePlan plan = plan_attributes(sources, output.attributes);
+    if (!output.measures) {
+        return plan;
+    }
+    for (const auto& [name, description] : kMeasures) {
+        for (const Attribute& attribute : plan.attributes) {
+            if (attribute.name == name) {
+                throw ConfigError(fmt::format(
+                    "output.measures (--measures): expected inputs without an attribute {}, found "
+                    "one; leave it out by output.attributes",
+                    name));
+            }
+        }
+        plan.attributes.push_back({std::string(name), ScalarType::kFloat32, 1});
+        plan.attributes.back().description = description;
+    }
+    RowLayout layout = row_layout(plan.attributes);
+    plan.offsets = std::move(layout.offsets);
+    plan.row_size = layout.row_size;
+    plan.measures = true;
+    return plan;
+}
+
 std::vector<std::string> attribute_notes(const SourceTable& sources, const AttributePlan& plan) {
-    std::vector<std::uint64_t> without(plan.attributes.size());
+    const std::size_t of_sources = plan.attributes.size() - (plan.measures ? kMeasures.size() : 0);
+    std::vector<std::uint64_t> without(of_sources);
     std::vector<std::string> left_out;
     std::vector<std::string> unsupported;
     const auto add = [](std::vector<std::string>& names, const std::string& name) {
@@ -237,7 +266,7 @@ std::vector<std::string> attribute_notes(const SourceTable& sources, const Attri
     };
     for (std::size_t i = 0; i < sources.sources().size(); ++i) {
         const SourceEntry& source = sources.sources()[i];
-        std::vector<bool> has(plan.attributes.size());
+        std::vector<bool> has(of_sources);
         for (const SourceColumn& column : plan.columns[i]) {
             has[column.attribute] = true;
         }

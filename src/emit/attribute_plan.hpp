@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "knap/params.hpp"
 #include "knap/source.hpp"
 #include "store/source_table.hpp"
 
@@ -37,6 +38,8 @@ struct AttributePlan {
     std::size_t row_size = 0;           ///< bytes; 0: nothing is carried
     std::vector<std::vector<SourceColumn>>
         columns;  ///< of each source, to be selected in this order
+    /// The last two attributes are `curvature` and `range`, which no source gives (Measures).
+    bool measures = false;
 
     bool empty() const { return attributes.empty(); }
 
@@ -57,6 +60,11 @@ struct AttributePlan {
 ///         components, scales or offsets, or of types that no type holds both
 AttributePlan plan_attributes(std::span<const SourceInfo> sources,
                               std::span<const std::string> wanted);
+
+/// Plans what an output carries: what output.attributes names, and with output.measures `curvature`
+/// and `range`.
+/// @throws ConfigError as plan_attributes(), or if sources have attributes of these names
+AttributePlan plan_output(std::span<const SourceInfo> sources, const OutputParams& output);
 
 /// What a user should know of a plan, a sentence each: which attributes are 0 in how many points,
 /// which are left out by choice, and what sources have that cannot be carried.

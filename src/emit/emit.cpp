@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -13,6 +14,7 @@
 #include "emit/draco_tile.hpp"
 #include "emit/kept_points.hpp"
 #include "emit/lattice.hpp"
+#include "emit/measures.hpp"
 #include "emit/output_check.hpp"
 #include "emit/scratch_tiles.hpp"
 #include "emit/single_file.hpp"
@@ -33,6 +35,19 @@ void check_memory(std::uint64_t kept, const AttributePlan& attributes, const Emi
             "(resources.memory)",
             request.output.path, kept, format_bytes(needed), format_bytes(request.memory_bytes)));
     }
+}
+
+/// What the measures of the kept points take of the memory.
+std::uint64_t measures_share(std::uint64_t kept, const EmitRequest& request) {
+    const std::uint64_t needed = Measures::memory_bytes(kept);
+    if (needed > request.memory_bytes / 2) {
+        throw StorageError(
+            fmt::format("{}: the measures of {} kept points need {} of memory, expected at most {} "
+                        "(resources.memory, output.measures)",
+                        request.output.path, kept, format_bytes(needed),
+                        format_bytes(request.memory_bytes / 2)));
+    }
+    return needed;
 }
 
 /// The kept points on the lattice, in any order.
@@ -220,11 +235,21 @@ std::uint64_t emit_memory_bytes(std::uint64_t kept, const OutputParams& output,
     return 0;
 }
 
-EmitResult emit(const SourceTable& sources, const Selection& selection,
-                const EmitRequest& request) {
-    const AttributePlan attributes = plan_attributes(sources.infos(), request.output.attributes);
-    const KeptPoints kept{sources,    selection,    request.runs,
-                          attributes, request.note, &request.staged};
+EmitResult emit(const SourceTable& sources, const Selection& selection, const EmitRequest& asked) {
+    const AttributePlan attributes = plan_output(sources.infos(), asked.output);
+    EmitRequest request = asked;
+    std::optional<Measures> measures;
+    if (attributes.measures) {
+        request.memory_bytes -= measures_share(selection.count(), asked);
+        measures.emplace(sources, selection, asked.runs, asked.range_of, asked.threads);
+    }
+    const KeptPoints kept{.sources = sources,
+                          .selection = selection,
+                          .runs = request.runs,
+                          .attributes = attributes,
+                          .note = request.note,
+                          .staged = &request.staged,
+                          .measures = measures ? &*measures : nullptr};
     switch (output_kind(request.output.path)) {
         case OutputKind::kArchive:
             return emit_archive(kept, request);

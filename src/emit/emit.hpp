@@ -34,8 +34,10 @@ struct EmitRequest {
     int threads = 1;                 ///< >= 1; does not change the result
     std::filesystem::path scratch;   ///< exists; for kept points that the memory does not hold
     std::vector<std::filesystem::path> runs = {};  ///< as KeptPoints has them
-    StagedPoints staged = {};                      ///< stands in for sources
-    TileLog tiles = {};                            ///< of an archive that an earlier run began
+    /// The range of a curvature, for output.measures, which takes runs; from any thread.
+    std::function<double(double)> range_of = nullptr;
+    StagedPoints staged = {};  ///< stands in for sources
+    TileLog tiles = {};        ///< of an archive that an earlier run began
     /// Told input points done with, one call at a time.
     std::function<void(std::uint64_t)> advance = [](std::uint64_t) {};
     /// Told how many bytes of scratch a new file takes, or one that is gone gave back.

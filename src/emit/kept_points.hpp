@@ -8,6 +8,7 @@
 #include <string>
 
 #include "emit/attribute_plan.hpp"
+#include "emit/measures.hpp"
 #include "input/staged_reader.hpp"
 #include "knap/geometry.hpp"
 #include "store/selection.hpp"
@@ -26,6 +27,8 @@ struct KeptPoints {
     /// Told that a file in scratch cannot be read, and why; from any thread.
     std::function<void(const std::string&)> note = [](const std::string&) {};
     const StagedPoints* staged = nullptr;  ///< stands in for sources; null: for none
+    /// Of the kept points, where the plan has them.
+    const Measures* measures = nullptr;
 };
 
 /// Some kept points.

@@ -92,7 +92,12 @@ class KeptReader {
             batch.ids.push_back(first + i);
             batch.positions.push_back(chunk.positions[i]);
         }
+        const std::size_t first_byte = batch.rows.size();
         kept_.attributes.append_rows(part.range.source, chunk, points, batch.rows);
+        if (kept_.measures != nullptr) {
+            kept_.measures->put(kept_.selection.count_before(first), kept_.attributes,
+                                std::span(batch.rows).subspan(first_byte));
+        }
         taken_ += points.size();
         report(chunk.positions.size());
     }

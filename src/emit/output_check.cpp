@@ -12,6 +12,7 @@
 #include "knap/error.hpp"
 #include "output/cloud_writer.hpp"
 #include "store/manifest.hpp"
+#include "store/tileset_file.hpp"
 
 namespace knap {
 
@@ -21,6 +22,7 @@ namespace {
 
 constexpr std::string_view kOutputKey = "output.path (--output)";
 constexpr std::string_view kIdsKey = "output.ids (--ids)";
+constexpr std::string_view kTilesetKey = "output.tileset (--tileset)";
 constexpr std::string_view kReportKey = "output.report (--report)";
 
 // A folder of such a name is never what was meant.
@@ -108,10 +110,20 @@ bool is_file_or_partial(std::string_view name, std::string_view file) {
     return name == file || name == fmt::format("{}.partial", file);
 }
 
-bool is_tile_name(const std::string& name) {
+bool is_numbered(const std::string& name, std::string_view ending) {
     const std::size_t digits = name.find_first_not_of("0123456789");
     return digits != 0 && digits != std::string::npos &&
-           (name.substr(digits) == ".drc" || name.substr(digits) == ".drc.partial");
+           is_file_or_partial(std::string_view(name).substr(digits), ending);
+}
+
+// While one is replaced there are two.
+bool is_tileset_folder(std::string_view name) {
+    return is_file_or_partial(name, kTilesetFolder) ||
+           name == fmt::format("{}.old", kTilesetFolder);
+}
+
+bool is_tileset_file(const std::string& name) {
+    return is_file_or_partial(name, kTilesetName) || is_numbered(name, ".pnts");
 }
 
 }  // namespace
@@ -152,6 +164,13 @@ void check_output(const OutputParams& output, std::span<const fs::path> inputs) 
         refuse("output.flag (--flag)", path,
                "expected a file ending in .ply, .las, .laz or .xyz, found Draco");
     }
+    if (output.flag && output.measures) {
+        refuse("output.measures (--measures)", path,
+               "expected kept points only, found output.flag (--flag)");
+    }
+    if (output.tileset && kind != OutputKind::kArchive) {
+        refuse(kTilesetKey, path, "expected an archive folder, found a file");
+    }
     check_no_input(kOutputKey, path, inputs);
     if (kind == OutputKind::kArchive) {
         check_folder(path, output.overwrite);
@@ -188,12 +207,30 @@ bool holds_only_archive(const fs::path& folder) {
          entry.increment(error)) {
         const std::string name = entry->path().filename().string();
         const bool folder_entry = entry->is_directory(error) && !entry->is_symlink(error);
-        const bool known = entry.depth() == 0
-                               ? (folder_entry ? name == "tiles"
-                                               : is_file_or_partial(name, kManifestName) ||
-                                                     is_file_or_partial(name, kReportName))
-                               : entry.depth() == 1 && !folder_entry && is_tile_name(name);
+        bool known = false;
+        if (entry.depth() == 0) {
+            known = folder_entry ? name == "tiles" || is_tileset_folder(name)
+                                 : is_file_or_partial(name, kManifestName) ||
+                                       is_file_or_partial(name, kReportName);
+        } else if (entry.depth() == 1 && !folder_entry) {
+            known = entry->path().parent_path().filename() == "tiles" ? is_numbered(name, ".drc")
+                                                                      : is_tileset_file(name);
+        }
         if (!known) {
+            return false;
+        }
+    }
+    return !error;
+}
+
+bool holds_only_tileset(const fs::path& folder) {
+    std::error_code error;
+    if (!fs::is_directory(folder, error)) {
+        return false;
+    }
+    for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
+         entry.increment(error)) {
+        if (entry->is_directory(error) || !is_tileset_file(entry->path().filename().string())) {
             return false;
         }
     }

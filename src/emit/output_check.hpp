@@ -39,6 +39,9 @@ void check_output(const OutputParams& output, std::span<const std::filesystem::p
 /// True if a folder holds nothing but what an archive holds: knap may replace or remove it.
 bool holds_only_archive(const std::filesystem::path& folder);
 
+/// The same of a folder of 3D Tiles within an archive.
+bool holds_only_tileset(const std::filesystem::path& folder);
+
 /// Writes the kept ids, one decimal number a line, ascending.
 /// @return  the whole file, still to be committed
 /// @throws StorageError

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "base/file.hpp"
-#include "emit/output_check.hpp"
 #include "knap/error.hpp"
 
 namespace knap {
@@ -32,13 +31,13 @@ fs::path partial_name(const fs::path& target) {
     return target.string() + ".partial";
 }
 
-void remove_if_archive(const fs::path& folder) {
+void remove_if(OutputFolder::IsOurs is_ours, const fs::path& folder) {
     std::error_code error;
     if (!fs::exists(fs::symlink_status(folder, error))) {
         return;
     }
-    if (!holds_only_archive(folder)) {
-        throw_storage("replace", folder, "it holds files that are not of an archive");
+    if (!is_ours(folder)) {
+        throw_storage("replace", folder, "it holds files that are not knap's");
     }
     fs::remove_all(folder, error);
     if (error) {
@@ -48,9 +47,12 @@ void remove_if_archive(const fs::path& folder) {
 
 }  // namespace
 
-OutputFolder::OutputFolder(fs::path target, Unfinished unfinished)
-    : target_(std::move(target)), partial_(partial_name(target_)), unfinished_(unfinished) {
-    if (unfinished_ == Unfinished::kGoes || !holds_only_archive(partial_)) {
+OutputFolder::OutputFolder(fs::path target, Unfinished unfinished, IsOurs is_ours)
+    : target_(std::move(target)),
+      partial_(partial_name(target_)),
+      unfinished_(unfinished),
+      is_ours_(is_ours) {
+    if (unfinished_ == Unfinished::kGoes || !is_ours_(partial_)) {
         clear();
     }
 }
@@ -63,7 +65,7 @@ OutputFolder::~OutputFolder() {
 }
 
 void OutputFolder::clear() {
-    remove_if_archive(partial_);
+    remove_if(is_ours_, partial_);
     std::error_code error;
     fs::create_directory(partial_, error);
     if (error) {
@@ -76,11 +78,11 @@ void OutputFolder::commit(bool overwrite) {
     std::error_code error;
     const bool replaces = fs::exists(fs::symlink_status(target_, error));
     if (replaces) {
-        if (!overwrite || !holds_only_archive(target_)) {
+        if (!overwrite || !is_ours_(target_)) {
             throw_storage("replace", target_,
-                          overwrite ? "it is not an archive of knap" : "it exists");
+                          overwrite ? "it holds files that are not knap's" : "it exists");
         }
-        remove_if_archive(old);
+        remove_if(is_ours_, old);
         rename_folder(target_, old);
     }
     try {
@@ -99,7 +101,7 @@ void OutputFolder::commit(bool overwrite) {
 }
 
 void remove_unfinished(const fs::path& target) {
-    remove_if_archive(partial_name(target));
+    remove_if(holds_only_archive, partial_name(target));
 }
 
 }  // namespace knap

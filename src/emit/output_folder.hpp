@@ -2,6 +2,8 @@
 
 #include <filesystem>
 
+#include "emit/output_check.hpp"
+
 namespace knap {
 
 /// A folder that appears under its name whole or not at all: filled beside it under a temporary
@@ -14,9 +16,14 @@ class OutputFolder {
         kStays  ///< it stays, and what an earlier job left is taken up
     };
 
+    /// Whether a folder holds nothing but what knap puts there, and may remove.
+    using IsOurs = bool (*)(const std::filesystem::path& folder);
+
     /// Creates `target`.partial.
-    /// @throws StorageError if it cannot be created, or holds files that are not of an archive
-    explicit OutputFolder(std::filesystem::path target, Unfinished unfinished = Unfinished::kGoes);
+    /// @param is_ours  of the folders that may be in the way
+    /// @throws StorageError if it cannot be created, or holds other files
+    explicit OutputFolder(std::filesystem::path target, Unfinished unfinished = Unfinished::kGoes,
+                          IsOurs is_ours = holds_only_archive);
     ~OutputFolder();
     OutputFolder(const OutputFolder&) = delete;
     OutputFolder& operator=(const OutputFolder&) = delete;
@@ -29,8 +36,8 @@ class OutputFolder {
     void clear();
 
     /// Renames the folder to its name.
-    /// @param overwrite  replace an archive that is there; it is gone only after the new one is in
-    ///                   its place. A folder that is no archive is never replaced.
+    /// @param overwrite  replace what is there; it is gone only after the new folder is in its
+    ///                   place. A folder that is not knap's is never replaced.
     /// @throws StorageError
     void commit(bool overwrite);
 
@@ -38,6 +45,7 @@ class OutputFolder {
     std::filesystem::path target_;
     std::filesystem::path partial_;
     Unfinished unfinished_;
+    IsOurs is_ours_;
     bool committed_ = false;
 };
 

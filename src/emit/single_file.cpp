@@ -126,7 +126,8 @@ EmitResult emit_single_file(const KeptPoints& kept, const EmitRequest& request) 
     const auto append = [&](const KeptBlock& block) {
         writer->append(block.positions, flag ? flagged.of(block) : block.rows);
     };
-    const KeptPoints points{kept.sources, written, {}, kept.attributes, kept.note, kept.staged};
+    const KeptPoints points{kept.sources, written,     {},           kept.attributes,
+                            kept.note,    kept.staged, kept.measures};
     read_kept_in_order(points, request.threads, append, request.advance);
     EmitResult result{path, 0, writer->complete()};
     request.on_whole(result, path.parent_path());

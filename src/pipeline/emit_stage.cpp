@@ -1,14 +1,19 @@
 #include "pipeline/emit_stage.hpp"
 
+#include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
+#include <string>
 #include <utility>
 
 #include "base/file.hpp"
 #include "emit/emit.hpp"
 #include "emit/output_check.hpp"
+#include "merge/range_law.hpp"
 #include "pipeline/tile_records.hpp"
 #include "store/manifest.hpp"
+#include "tileset/tileset.hpp"
 
 namespace knap {
 
@@ -64,18 +69,24 @@ class Emitting {
         request.threads = stage_.threads;
         request.scratch = stage_.scratch.path();
         request.runs = stage_.merged.runs;
+        request.range_of = [law = RangeLaw(done_.range, stage_.ranked.mean_curvature)](
+                               double curvature) { return law.of(curvature); };
         request.staged = stage_.staged;
         request.tiles = {.done = read_tiles(stage_.log),
                          .on_tile = [&](std::size_t number, const ManifestTile& tile) {
                              record_tile(stage_.log, number, tile);
                          }};
         request.advance = advance;
+        poll_ = advance;
         request.on_scratch = [&](std::int64_t bytes) { stage_.scratch.grew_by(bytes); };
-        if (stage_.report != nullptr) {
-            request.on_whole = [&](const EmitResult& result, const fs::path& folder) {
+        request.on_whole = [&](const EmitResult& result, const fs::path& folder) {
+            if (stage_.job.output.tileset) {
+                write_tileset(folder);
+            }
+            if (stage_.report != nullptr) {
                 write_page(result, folder);
-            };
-        }
+            }
+        };
         request.note = [&](const std::string& note) { stage_.clock.note(note); };
         return request;
     }
@@ -86,6 +97,17 @@ class Emitting {
                 .represented = stage_.merged.result.represented,
                 .merged = stage_.ranked.merged,
                 .rejected = stage_.table.rejected()};
+    }
+
+    // It gets its name with the folder, as the page does.
+    void write_tileset(const fs::path& folder) {
+        tileset_ = make_tileset(folder, {.threads = stage_.threads,
+                                         .memory_bytes = stage_.memory_bytes,
+                                         .overwrite = true,
+                                         .advance = [&](std::uint64_t) { poll_(0); }});
+        for (const std::string& note : tileset_.notes) {
+            stage_.clock.note(note);
+        }
     }
 
     // In an archive it gets its name with the folder; beside a file, just after the file.
@@ -116,6 +138,8 @@ class Emitting {
         report.protected_points = stage_.merged.protected_points;
         report.tiles = emitted.tiles;
         report.output_bytes = emitted.bytes;
+        report.tileset_tiles = tileset_.tiles;
+        report.tileset_bytes = tileset_.bytes;
         report.output = emitted.path;
         report.scratch_peak_bytes = stage_.scratch.peak_bytes();
         report.memory_peak_bytes = peak_resident_bytes();
@@ -125,6 +149,8 @@ class Emitting {
     const EmitStage& stage_;
     Job done_;
     std::unique_ptr<AtomicFile> page_;
+    TilesetResult tileset_;
+    std::function<void(std::uint64_t)> poll_;
 };
 
 }  // namespace

@@ -41,7 +41,7 @@ std::vector<SourceInfo> source_infos(const std::vector<fs::path>& files) {
 }
 
 void check_attributes(const Job& job, const std::vector<fs::path>& files) {
-    const AttributePlan plan = plan_attributes(source_infos(files), job.output.attributes);
+    const AttributePlan plan = plan_output(source_infos(files), job.output);
     const OutputKind kind = output_kind(job.output.path);
     if (kind == OutputKind::kArchive || kind == OutputKind::kDraco) {
         check_tile_attributes(plan.attributes);
@@ -49,7 +49,7 @@ void check_attributes(const Job& job, const std::vector<fs::path>& files) {
 }
 
 void tell_attributes(const Job& job, const SourceTable& table, Progress& progress) {
-    const AttributePlan plan = plan_attributes(table.infos(), job.output.attributes);
+    const AttributePlan plan = plan_output(table.infos(), job.output);
     for (const std::string& note : attribute_notes(table, plan)) {
         progress.note(note);
     }
