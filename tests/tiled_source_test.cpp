@@ -1,5 +1,7 @@
 #include "input/tiled_source.hpp"
 
+#include <draco/compression/encode.h>
+#include <draco/point_cloud/point_cloud_builder.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -258,6 +260,38 @@ TEST(DracoSource, CutOrDamagedItIsAnErrorOrStillDraco) {
         const std::string error = input_error_of(path);
         EXPECT_TRUE(error.empty() || error.starts_with(path.string() + ": ")) << error;
     }
+}
+
+/// A Draco file of another program, without loss.
+template <typename T>
+std::filesystem::path write_draco(const std::filesystem::path& path, draco::DataType type,
+                                  const std::vector<std::array<T, 3>>& positions) {
+    draco::PointCloudBuilder builder;
+    builder.Start(static_cast<draco::PointIndex::ValueType>(positions.size()));
+    const int id = builder.AddAttribute(draco::GeometryAttribute::POSITION, 3, type);
+    for (std::uint32_t i = 0; i < positions.size(); ++i) {
+        builder.SetAttributeValueForPoint(id, draco::PointIndex(i), positions[i].data());
+    }
+    draco::Encoder encoder;
+    encoder.SetEncodingMethod(draco::POINT_CLOUD_SEQUENTIAL_ENCODING);
+    draco::EncoderBuffer buffer;
+    const auto cloud = builder.Finalize(false);
+    EXPECT_TRUE(encoder.EncodePointCloudToBuffer(*cloud, &buffer).ok());
+    std::ofstream(path, std::ios::binary)
+        .write(buffer.data(), static_cast<std::streamsize>(buffer.size()));
+    return path;
+}
+
+TEST(DracoSource, IntegersAndDoublesStayWhatFloatsCannotHold) {
+    const TemporaryFolder folder;
+    const auto integers = write_draco<std::int32_t>(folder / "i.drc", draco::DT_INT32,
+                                                    {{16777217, -5, 16777219}, {0, 1, 2}});
+    EXPECT_THAT(read_all(integers),
+                testing::ElementsAre(Vec3{16777217, -5, 16777219}, Vec3{0, 1, 2}));
+    const auto doubles = write_draco<double>(folder / "d.drc", draco::DT_FLOAT64,
+                                             {{637012.24, 849028.31, 0.1}, {1e300, 0, -1}});
+    EXPECT_THAT(read_all(doubles),
+                testing::ElementsAre(Vec3{637012.24, 849028.31, 0.1}, Vec3{1e300, 0, -1}));
 }
 
 TEST(DracoSource, SharedFilesAreWhatTheDecoderOfDracoMakesOfThem) {

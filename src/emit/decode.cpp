@@ -122,9 +122,8 @@ Cloud draco_cloud(const fs::path& file) {
         origin.crs = tile.crs;
         columns = std::move(tile.columns);
     } else {
-        for (const std::array<float, 3>& position : draco.positions) {
-            positions->push_back({position[0], position[1], position[2]});
-        }
+        *positions = std::move(draco.positions);
+        origin.coordinates.kind = draco.kind;
         columns = std::move(draco.columns);
     }
     for (const Vec3& position : *positions) {

@@ -20,6 +20,7 @@
 #include "emit/attribute_plan.hpp"
 #include "emit/draco_parts.hpp"
 #include "emit/tiles.hpp"
+#include "input/tiled_source.hpp"
 #include "knap/error.hpp"
 
 namespace knap {
@@ -274,22 +275,9 @@ DecodedTile decode_tile(std::span<const std::byte> bytes, const std::filesystem:
 DecodedTile on_lattice(DracoCloud cloud, const std::filesystem::path& file) {
     DecodedTile tile{{cloud.lattice->origin, cloud.lattice->step},
                      cloud.lattice->tile_origin,
-                     {},
+                     lattice_indices(cloud, file),
                      std::move(cloud.columns),
                      cloud.lattice->crs};
-    tile.points.reserve(cloud.positions.size());
-    for (const std::array<float, 3>& local : cloud.positions) {
-        LatticeIndex index;
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-            const double steps = static_cast<double>(local[axis]) / tile.lattice.step;
-            if (!(std::abs(steps) < static_cast<double>(kLargestLatticeIndex))) {
-                throw InputError(fmt::format("{}: expected coordinates on the lattice, found {}",
-                                             file.string(), local[axis]));
-            }
-            index[axis] = tile.origin[axis] + std::llround(steps);
-        }
-        tile.points.push_back(index);
-    }
     return tile;
 }
 

@@ -90,11 +90,16 @@ DracoCloud decode_draco(std::span<const std::byte> bytes, const std::filesystem:
     DracoCloud result;
     result.lattice = lattice_of(cloud->GetMetadata(), file);
     result.positions.resize(cloud->num_points());
+    // Doubles hold what other programs store: floats, doubles, integers of 32 bits.
+    result.kind = attribute->data_type() == draco::DT_FLOAT32 ? CoordinateKind::kFloat32
+                                                              : CoordinateKind::kFloat64;
     for (std::uint32_t i = 0; i < cloud->num_points(); ++i) {
         const auto index = attribute->mapped_index(draco::PointIndex(i));
-        if (!attribute->ConvertValue<float>(index, 3, result.positions[i].data())) {
+        std::array<double, 3> position{};
+        if (!attribute->ConvertValue<double>(index, 3, position.data())) {
             throw_draco(file, fmt::format("no position for point {}", i));
         }
+        result.positions[i] = {position[0], position[1], position[2]};
     }
     result.columns = draco_columns(*cloud, file);
     return result;

@@ -11,6 +11,7 @@
 
 #include "input/draco_attributes.hpp"
 #include "knap/geometry.hpp"
+#include "knap/source.hpp"
 
 namespace knap {
 
@@ -37,9 +38,11 @@ struct DracoLattice {
 
 /// What a Draco file holds.
 struct DracoCloud {
-    std::vector<std::array<float, 3>> positions;  ///< as stored, in the order stored
-    DracoColumns columns;                         ///< of the same points
-    std::optional<DracoLattice> lattice;          ///< none if knap did not write the file
+    std::vector<Vec3> positions;  ///< as stored, in the order stored
+    CoordinateKind kind =
+        CoordinateKind::kFloat32;         ///< kFloat32 where floats hold them, else kFloat64
+    DracoColumns columns;                 ///< of the same points
+    std::optional<DracoLattice> lattice;  ///< none if knap did not write the file
 };
 
 /// Decodes a Draco point cloud, or the vertices of a mesh.

@@ -20,15 +20,12 @@ constexpr std::byte kMesh{1};
 /// Puts what knap wrote back on its lattice, and anything else where it is.
 std::vector<Vec3> positions_of(const DracoCloud& cloud, const InputFile& file,
                                CoordinateFormat& format) {
+    if (!cloud.lattice) {
+        format.kind = cloud.kind;
+        return cloud.positions;
+    }
     std::vector<Vec3> positions;
     positions.reserve(cloud.positions.size());
-    if (!cloud.lattice) {
-        format.kind = CoordinateKind::kFloat32;
-        for (const std::array<float, 3>& p : cloud.positions) {
-            positions.push_back({p[0], p[1], p[2]});
-        }
-        return positions;
-    }
     constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max();
     std::array<std::int64_t, 3> low{kMost, kMost, kMost};
     std::array<std::int64_t, 3> high{-kMost, -kMost, -kMost};

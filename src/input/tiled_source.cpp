@@ -129,13 +129,13 @@ std::vector<std::array<std::int64_t, 3>> lattice_indices(const DracoCloud& cloud
     std::vector<std::array<std::int64_t, 3>> indices;
     indices.reserve(cloud.positions.size());
     const DracoLattice& lattice = cloud.lattice.value();
-    for (const std::array<float, 3>& local : cloud.positions) {
+    for (const Vec3& local : cloud.positions) {
         std::array<std::int64_t, 3> index{};
         for (std::size_t axis = 0; axis < kAxes; ++axis) {
-            const double steps = static_cast<double>(local[axis]) / lattice.step;
+            const double steps = local[static_cast<int>(axis)] / lattice.step;
             if (!(std::abs(steps) < kLargestIndex)) {
                 throw InputError(fmt::format("{}: expected coordinates on the lattice, found {}",
-                                             file.string(), local[axis]));
+                                             file.string(), local[static_cast<int>(axis)]));
             }
             index[axis] = lattice.tile_origin[axis] + std::llround(steps);
         }
