@@ -182,6 +182,27 @@ test('before and after: two canvases whose cameras move together until they are 
     });
 });
 
+test('curvature and range are shown where an archive carries them', async () => {
+    const flake = join(folder, 'flake.ply');
+    execFileSync(knap, ['synth', 'flake', '--points', '60000', '-o', flake], {stdio: 'ignore'});
+    const kept = makeArchive('flake', flake, '--ratio', '0.2', '--measures');
+    const all = makeArchive('flake_all', flake, '--alpha', '1e-9', '--measures');
+    await withViewer([kept.path, '--before', all.path], async (viewer) => {
+        assert.equal(await viewer.page.locator('#absent').isVisible(), false);
+        await viewer.set('colour', 'curvature');
+        await viewer.save('flake');
+        await viewer.set('colour', 'range');
+        const byRange = await viewer.picture(1);
+        await viewer.set('colour', 'curvature');
+        assert.match(await viewer.page.locator('#low').textContent(), /log/);
+        assert.ok((await viewer.picture(1)).difference(byRange) > 0.02);
+    });
+    await withViewer([terrain.path], async (viewer) => {
+        assert.ok(await viewer.page.locator('#absent').isVisible());
+        assert.ok(await viewer.page.locator('#colour option[value="curvature"]').isDisabled());
+    });
+});
+
 test('coordinates far from the origin make the same picture, to the pixel', async () => {
     const pictures = [];
     for (const [name, corner] of [['near', [0, 0, 0]], ['far', [4500000, 5600000, 2300]]]) {
