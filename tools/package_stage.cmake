@@ -24,9 +24,10 @@ License: ${licence}
 ")
     set(three ${root}/share/knap/viewer/vendor/three)
     if(EXISTS ${three})
-        file(STRINGS ${three}/LICENSE expat)
-        list(TRANSFORM expat REPLACE "^$" ".")
-        list(JOIN expat "\n " expat)
+        file(READ ${three}/LICENSE expat)
+        string(STRIP "${expat}" expat)
+        string(REPLACE "\n\n" "\n.\n" expat "${expat}")
+        string(REPLACE "\n" "\n " expat "${expat}")
         file(APPEND ${doc}/copyright
 "
 Files: usr/share/knap/viewer/vendor/three/*

@@ -26,7 +26,7 @@ function hills(name, corner) {
     for (let i = 0; i < 120; ++i) {
         for (let j = 0; j < 80; ++j) {
             const z = Math.round(64 * 6 * Math.sin(i / 9) * Math.cos(j / 11)) / 64;
-            lines.push([corner[0] + i, corner[1] + j, corner[2] + z, 2 * i, 3 * j, 90, i + j, (i >> 4) % 5].join(' '));
+            lines.push([corner[0] + 75 * i / 64, corner[1] + 75 * j / 64, corner[2] + z, 2 * i, 3 * j, 90, i + j, (i >> 4) % 5].join(' '));
         }
     }
     const path = join(folder, name);
@@ -206,7 +206,8 @@ test('curvature and range are shown where an archive carries them', async () => 
 test('coordinates far from the origin make the same picture, to the pixel', async () => {
     const pictures = [];
     for (const [name, corner] of [['near', [0, 0, 0]], ['far', [4500000, 5600000, 2300]]]) {
-        const archive = makeArchive(name, hills(`${name}.xyz`, corner), '--alpha', '1e-9', '--step', String(1 / 64));
+        const archive = makeArchive(name, hills(`${name}.xyz`, corner), '--alpha', '1e-9', '--step', String(1 / 64),
+            '--tile-points', '2000');
         await withViewer([archive.path], async (viewer) => {
             await viewer.set('colour', 'rgb');
             const {page} = viewer;
