@@ -79,6 +79,24 @@ TEST(Text, APtsFileMayHoldMoreThanItsCount) {
                 HasSubstr("line 4: expected 3 columns, found 1"));
 }
 
+TEST(Text, NamesMayStandInAComment) {
+    const ScanFolder folder;
+    const auto names_of = [&](const std::string& content) {
+        std::string names;
+        const auto source = open_source(folder.write("a.xyz", content));
+        for (const Attribute& attribute : source->info().schema) {
+            names += attribute.name + " ";
+        }
+        return names;
+    };
+    EXPECT_EQ(names_of("# made by hand\n\n//X Y Z R\n1 2 3 4\n"), "X Y Z R ");
+    EXPECT_EQ(names_of("# r,x,y,z\n1,2,3,4\n#a,b,c,d\n"), "r x y z ");
+    EXPECT_EQ(names_of("//X Y Z R\n1\n1 2 3 4\n"), "X Y Z R ");
+    EXPECT_EQ(names_of("# x y z of a site\n1 2 3 4\n"), "x y z column4 ");
+    EXPECT_EQ(names_of("# east north up r\n1 2 3 4\n"), "x y z column4 ");
+    EXPECT_EQ(read_all(folder.write("b.xyz", "# z y x\n-3 2.5 1\n6 .5 4e3\n")), kTwo);
+}
+
 TEST(Text, NumbersDoNotDependOnTheLocale) {
     const ScanFolder folder;
     const std::string before = std::setlocale(LC_ALL, nullptr);

@@ -125,6 +125,23 @@ TEST(TileLayout, ACurveHasNearPointsNearAndSourceOrderIsAsGiven) {
 
 /// A tile of random points with random attributes: one, several or all types, with one or more
 /// components, any bits or small numbers.
+TEST(TileLayout, WideNumbersAreStoredInPartsWhereDracoWouldCountThem) {
+    const auto type_of = [](std::vector<std::int32_t> values, TileCoding coding) {
+        return stored_type(ScalarType::kInt32, coding, std::as_bytes(std::span(values)));
+    };
+    constexpr std::int32_t kSpan = 1 << 20;
+    constexpr std::int32_t kFar = 1 << 30;
+    for (const TileCoding coding : {TileCoding::kCurve, TileCoding::kSourceOrder}) {
+        EXPECT_EQ(type_of({-5, kSpan - 6}, coding), ScalarType::kInt32);
+        EXPECT_EQ(type_of({-5, kSpan - 5}, coding), ScalarType::kUint16);
+        EXPECT_EQ(type_of({kFar - 1, kFar - kSpan}, coding), ScalarType::kInt32);
+        EXPECT_EQ(type_of({kFar}, coding), ScalarType::kUint16);
+        EXPECT_EQ(type_of({}, coding), ScalarType::kInt32);
+    }
+    EXPECT_EQ(type_of({-kFar, kFar - 1}, TileCoding::kKdTree), ScalarType::kInt32);
+    EXPECT_EQ(type_of({-kFar - 1}, TileCoding::kKdTree), ScalarType::kUint16);
+}
+
 TEST(TileLayout, EveryTypeComesBackToTheBitInEveryCoding) {
     std::mt19937_64 random(2);
     for (int round = 0; round < 60; ++round) {

@@ -7,10 +7,23 @@
 #include "app/commands.hpp"
 #include "app/format.hpp"
 #include "app/options.hpp"
+#include "app/standard_output.hpp"
 #include "base/file.hpp"
 #include "emit/decode.hpp"
 
 namespace knap::app {
+
+namespace {
+
+void tell(const DecodeResult& result, const std::string& output, std::FILE* to) {
+    for (const std::string& note : result.notes) {
+        fmt::print(stderr, "knap: {}\n", note);
+    }
+    fmt::print(to, "{}: {} points, {}\n", output, format_count(result.points),
+               format_bytes(result.bytes));
+}
+
+}  // namespace
 
 Command add_decode(CLI::App& root) {
     CLI::App* const command =
@@ -20,20 +33,24 @@ Command add_decode(CLI::App& root) {
     command->add_option("ARCHIVE", *path, "an archive folder, or a .drc file")
         ->type_name("")
         ->required();
-    add_output_file_options(*command, *output, ".ply, .las, .laz or .xyz");
+    const auto stream = std::make_shared<StreamOptions>();
+    add_output_file_options(*command, *output, ".ply, .las, .laz or .xyz; - for standard output");
+    add_stream_options(*command, *stream);
     command->footer(
         "Examples:\n"
         "  knap decode scan_archive -o scan.ply\n"
         "  knap decode site_archive -o site.laz\n"
-        "  knap decode scan.drc -o scan.xyz --overwrite");
-    return {command, [path, output] {
-                check_output_file(*output);
-                const DecodeResult result = decode(*path, output->path, output->overwrite);
-                for (const std::string& note : result.notes) {
-                    fmt::print(stderr, "knap: {}\n", note);
+        "  knap decode scan.drc -o scan.xyz --overwrite\n"
+        "  knap decode scan_archive -o - --format xyz | sort");
+    return {command, [path, output, stream] {
+                if (is_standard_output(output->path, *stream)) {
+                    const StandardOutput whole(folder_of_this_process(), *stream);
+                    tell(decode(*path, whole.file(), true), output->path, stderr);
+                    whole.give();
+                    return;
                 }
-                fmt::print("{}: {} points, {}\n", output->path, format_count(result.points),
-                           format_bytes(result.bytes));
+                check_output_file(*output);
+                tell(decode(*path, output->path, output->overwrite), output->path, stdout);
             }};
 }
 

@@ -6,6 +6,7 @@
 #include "app/options.hpp"
 #include "app/progress.hpp"
 #include "app/standard_input.hpp"
+#include "app/standard_output.hpp"
 #include "app/summary.hpp"
 #include "knap/job.hpp"
 
@@ -24,6 +25,7 @@ Command add_plan(CLI::App& root) {
         "  knap plan site.laz -o site_archive --alpha 0.5 --memory 1GiB");
     return {command, [options, progress_options] {
                 Job job = options->job();
+                plan_standard_output(job);
                 const std::unique_ptr<Progress> progress = make_progress(*progress_options);
                 const auto standard_input = take_standard_input(job, *progress);
                 const Forecast result = forecast(job, *progress);

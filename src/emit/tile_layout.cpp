@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <numeric>
 #include <optional>
 #include <string_view>
@@ -23,6 +24,9 @@ namespace {
 constexpr std::size_t kMostComponents = 127;
 // Draco takes differences of 32-bit numbers for numbers of 31 bits.
 constexpr std::int64_t kWidest = std::int64_t{1} << 30;
+// A sequential coder counts how often each number between the smallest and the largest occurs: that
+// takes 4 bytes a number, of 2^31 of them 8 GiB.
+constexpr std::int64_t kWidestSpan = std::int64_t{1} << 20;
 
 using Names = std::array<std::string_view, 3>;
 constexpr Names kColor{"red", "green", "blue"};
@@ -58,16 +62,19 @@ std::uint64_t spread(std::uint64_t bits) {
 }
 
 template <typename T>
-bool is_narrow(std::span<const std::byte> values) {
+bool is_narrow(TileCoding coding, std::span<const std::byte> values) {
+    std::int64_t least = std::numeric_limits<std::int64_t>::max();
+    std::int64_t largest = std::numeric_limits<std::int64_t>::min();
     for (std::size_t i = 0; i < values.size(); i += sizeof(T)) {
         T value{};
         std::memcpy(&value, values.data() + i, sizeof value);
         const auto wide = static_cast<std::int64_t>(value);
-        if (wide < -kWidest || wide >= kWidest) {
-            return false;
-        }
+        least = std::min(least, wide);
+        largest = std::max(largest, wide);
     }
-    return true;
+    const bool fits = least >= -kWidest && largest < kWidest;
+    return values.empty() ||
+           (fits && (coding == TileCoding::kKdTree || largest - least < kWidestSpan));
 }
 
 }  // namespace
@@ -124,9 +131,9 @@ ScalarType stored_type(ScalarType type, TileCoding coding, std::span<const std::
     if (type == ScalarType::kFloat32) {
         as_it_is = coding != TileCoding::kKdTree;
     } else if (type == ScalarType::kInt32) {
-        as_it_is = is_narrow<std::int32_t>(values);
+        as_it_is = is_narrow<std::int32_t>(coding, values);
     } else if (type == ScalarType::kUint32) {
-        as_it_is = is_narrow<std::uint32_t>(values);
+        as_it_is = is_narrow<std::uint32_t>(coding, values);
     }
     return as_it_is ? type : ScalarType::kUint16;
 }

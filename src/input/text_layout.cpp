@@ -64,6 +64,7 @@ class Detector {
     void take_count(const std::string& field);
     void take_header(const std::vector<std::string>& header);
     void take_first_point(std::string_view line, const std::vector<std::string>& header);
+    void take_comment_header();
     void find_words(std::string_view line);
     void name_columns();
     [[noreturn]] void fail(std::string_view expected, std::string_view found) const;
@@ -71,6 +72,7 @@ class Detector {
     const InputFile& file_;
     LineReader lines_;
     TextLayout layout_;
+    std::string comment_;  // the last one before the points
     std::uint64_t header_line_ = 0;
     bool header_names_axes_ = false;
 };
@@ -85,6 +87,9 @@ bool Detector::next(std::string_view& line) {
     while (lines_.next(line)) {
         if (!is_text_comment(line)) {
             return true;
+        }
+        if (layout_.has_words.empty() && !is_blank(line)) {
+            comment_ = line;
         }
     }
     return false;
@@ -132,9 +137,35 @@ void Detector::take_first_point(std::string_view line, const std::vector<std::st
         }
         layout_.names.clear();
     }
+    if (header.empty()) {
+        take_comment_header();
+    }
     const std::size_t needed = std::ranges::max(layout_.axes) + 1;
     if (layout_.columns < needed) {
         fail(fmt::format("at least {} columns", needed), fmt::format("{}", layout_.columns));
+    }
+}
+
+/// Some programs write names as a comment: //X Y Z R G B. They are taken where there is one for
+/// each column, and x, y and z are among them.
+void Detector::take_comment_header() {
+    const std::size_t begin = comment_.find_first_not_of(" \t#/");
+    if (begin == std::string::npos) {
+        return;
+    }
+    const std::vector<std::string> names = fields_of(std::string_view(comment_).substr(begin));
+    std::array<std::size_t, 3> axes{};
+    for (std::size_t axis = 0; axis < axes.size(); ++axis) {
+        constexpr std::array<std::string_view, 3> kAxes{"x", "y", "z"};
+        const auto is_axis = [&](const std::string& name) { return lower(name) == kAxes[axis]; };
+        if (std::ranges::count_if(names, is_axis) != 1) {
+            return;
+        }
+        axes[axis] = static_cast<std::size_t>(std::ranges::find_if(names, is_axis) - names.begin());
+    }
+    if (names.size() == layout_.columns) {
+        layout_.names = names;
+        layout_.axes = axes;
     }
 }
 

@@ -89,3 +89,10 @@ def read_archive(undraco, folder, scratch):
     joined = [Column(c[0].name, np.concatenate([part.values for part in c]), c[0].scale, c[0].offset,
                      c[0].description) for c in columns or []]
     return np.concatenate(index) if index else np.empty((0, 3), np.int64), joined, manifest
+
+
+def cloud_of_archive(undraco, folder, scratch):
+    index, columns, manifest = read_archive(undraco, folder, scratch)
+    order = [attribute["name"] for attribute in manifest["attributes"]]
+    columns.sort(key=lambda column: order.index(column.name))
+    return Cloud(index * manifest["lattice"]["step"] + np.array(manifest["lattice"]["origin"]), columns)

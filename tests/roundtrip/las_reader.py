@@ -30,7 +30,7 @@ EXTRA = ["u1", "i1", "<u2", "<i2", "<u4", "<i4", "<u8", "<i8", "<f4", "<f8"]
 
 
 def text(raw):
-    return raw.split(b"\0")[0].decode("latin-1")
+    return raw.split(b"\0")[0].decode("utf-8", "surrogateescape")
 
 
 def read_records(data, at, count, extended):
@@ -126,5 +126,5 @@ def read_las(data, points=None):
     return Cloud(index * scale + offset, columns, Grid(index, scale, offset),
                  [r for r in records if not is_of_the_file(r[0], r[1])],
                  {"file source": source, "encoding": encoding & ~0b110, "project": data[8:24],
-                  "system": data[26:58], "day": day, "year": year},
+                  "system": text(data[26:58]), "day": day, "year": year},
                  lost)

@@ -15,7 +15,7 @@ def read_header(data):
     at, elements, order = 0, [], None
     while True:
         end = data.index(ending, at)
-        words = data[at:end].decode("latin-1").split()
+        words = data[at:end].decode("utf-8", "surrogateescape").split()
         at = end + 1
         if words[:1] == ["format"]:
             order = {"ascii": None, "binary_little_endian": "<", "binary_big_endian": ">"}[words[1]]

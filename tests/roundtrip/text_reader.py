@@ -18,8 +18,11 @@ def is_number(word):
 def read_text(data):
     if data.startswith(b"\xef\xbb\xbf"):
         data = data[3:]
-    lines = [line for line in data.decode("utf-8", "surrogateescape").splitlines()
-             if line.strip() and not line.lstrip().startswith(("#", "//"))]
+    lines, comment = [], ""
+    for line in data.decode("utf-8", "surrogateescape").splitlines():
+        is_comment = line.lstrip().startswith(("#", "//"))
+        comment = line.strip(" \t#/") if is_comment and not lines else comment
+        lines += [line] if line.strip() and not is_comment else []
     separator = next((s for s in ";," if s in lines[0] or s in lines[-1]), None)
     if separator:
         rows = list(csv.reader(lines, delimiter=separator, skipinitialspace=True))
@@ -34,6 +37,9 @@ def read_text(data):
     elif not any(is_number(word) for word in rows[0]):
         names, rows = [word.strip('"') for word in rows[0]], rows[1:]
     width = len(rows[0])
+    said = [word.strip() for word in (comment.split(separator) if separator else comment.split())]
+    if not names and len(said) == width and {"x", "y", "z"} <= {word.lower() for word in said}:
+        names = said
     names = names or ["x", "y", "z"]
     names += [f"column{i + 1}" for i in range(len(names), width)]
     columns, lost = [], []

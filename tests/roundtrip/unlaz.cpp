@@ -21,7 +21,7 @@ int fail(laszip_POINTER zip, const char* what) {
 int main(int argc, char** argv) {
     const std::span<char*> arguments(argv, static_cast<std::size_t>(argc));
     if (arguments.size() != 3) {
-        std::cerr << "usage: unlaz IN.laz OUT.las\n";
+        std::cerr << "usage: unlaz IN OUT\n";
         return 1;
     }
     laszip_POINTER reader = nullptr;
@@ -39,8 +39,8 @@ int main(int argc, char** argv) {
     const std::uint64_t points = header->number_of_point_records != 0
                                      ? header->number_of_point_records
                                      : header->extended_number_of_point_records;
-    if (laszip_set_header(writer, header) != 0 ||
-        laszip_open_writer(writer, arguments[2], 0) != 0) {
+    if (laszip_set_header(writer, header) != 0 || laszip_request_native_extension(writer, 1) != 0 ||
+        laszip_open_writer(writer, arguments[2], compressed == 0 ? 1 : 0) != 0) {
         return fail(writer, arguments[2]);
     }
     for (std::uint64_t i = 0; i < points; ++i) {
