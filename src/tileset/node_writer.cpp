@@ -95,9 +95,9 @@ std::optional<std::vector<Cut>> cut(const GatheredPoints& points, const Lattice&
         std::transform(part.begin(), part.end(), std::back_inserter(places),
                        [&](std::size_t i) { return points.points[i]; });
         const LatticeBounds bounds = bounds_of(places);
-        Placement placement = place_tile(bounds, lattice, earth);
+        const Placement placement = place_tile(bounds, lattice, earth);
         if (placement.whole_steps) {
-            done.push_back({part, std::move(placement)});
+            done.push_back({part, placement});
             continue;
         }
         const std::size_t axis = longest_axis(bounds);
@@ -164,12 +164,12 @@ WrittenNode write_node(std::size_t number, const GatheredPoints& points,
     node.placement = place_tile(region, format.manifest.lattice, earth);
     node.spacing = spacing_of(ordered, node.placement);
     if (!node.placement.whole_steps) {
-        if (auto cuts = cut(ordered, format.manifest.lattice, earth)) {
-            for (Cut& one : *cuts) {
+        if (const auto cuts = cut(ordered, format.manifest.lattice, earth)) {
+            for (const Cut& one : *cuts) {
                 const std::string name = fmt::format("{:06}-{}.pnts", number, node.parts.size());
                 TilesetContent content =
                     write_file(name, chosen(ordered, one.points), one.placement, format, earth);
-                node.parts.push_back({std::move(one.placement), std::move(content)});
+                node.parts.push_back({one.placement, std::move(content)});
             }
             return node;
         }
