@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tileset/properties.hpp"
+#include "tileset/tileset_index.hpp"
 
 namespace knap {
 namespace {
@@ -74,6 +75,27 @@ TEST(Hierarchy, AnyLimitTakesPointsEvenly) {
                 taken += rank_of(i) < limit ? 1 : 0;
             }
             EXPECT_NEAR(taken, 100000 * limit, 40) << limit << " " << first;
+        }
+    }
+}
+
+TEST(TilesetIndex, ErrorsGrowTowardsTheRootWhateverTheSpacing) {
+    const std::vector<TreeNode> tree = plan_tree(std::vector<std::uint64_t>(64, 90000));
+    std::vector<WrittenNode> written(tree.size());
+    for (std::size_t i = 0; i < tree.size(); ++i) {
+        written[i].spacing = static_cast<double>(i);  // least at the root
+        written[i].placement.box = {{0, 0, 0}, {1, 1, 1}};
+        written[i].placement.matrix = matrix_of(local_frame({}), {1, 1, 1});
+        // Every other one in two files.
+        written[i].parts.resize(1 + i % 2, {written[i].placement, {"a.pnts", 10, 1, "0"}});
+    }
+    Tileset tileset;
+    add_nodes(tileset, tree, written);
+    EXPECT_EQ(tileset.points, 10 * tree.size() + 10 * (tree.size() / 2));
+    EXPECT_GT(tileset.geometric_error, tileset.nodes[0].geometric_error);
+    for (const TilesetNode& node : tileset.nodes) {
+        for (const std::size_t child : node.children) {
+            EXPECT_LT(tileset.nodes[child].geometric_error, node.geometric_error);
         }
     }
 }
