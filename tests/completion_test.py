@@ -9,7 +9,8 @@ from pathlib import Path
 KNAP = Path(sys.argv.pop()).resolve()
 MAN_PAGE = Path(sys.argv.pop()).resolve()
 SCRIPT = Path(sys.argv.pop()).resolve()
-COMMANDS = ["run", "simplify", "plan", "info", "decode", "verify", "view", "evaluate", "synth"]
+COMMANDS = ["run", "simplify", "plan", "info", "decode", "verify", "view", "evaluate",
+            "tileset", "synth"]
 
 
 def complete(*words):

@@ -122,6 +122,7 @@ TEST(JobOptions, EveryParameterHasItsFlag) {
                                   "ids.txt",
                                   "--overwrite",
                                   "--report",
+                                  "--tileset",
                                   "--memory",
                                   "1GiB",
                                   "--threads",

@@ -22,6 +22,26 @@ License: ${licence}
  On Debian systems the text of this licence is in
  /usr/share/common-licenses/${licence}.
 ")
+    set(three ${root}/share/knap/viewer/vendor/three)
+    if(EXISTS ${three})
+        file(READ ${three}/LICENSE expat)
+        string(STRIP "${expat}" expat)
+        string(REPLACE "\n\n" "\n.\n" expat "${expat}")
+        string(REPLACE "\n" "\n " expat "${expat}")
+        file(APPEND ${doc}/copyright
+"
+Files: usr/share/knap/viewer/vendor/three/*
+Copyright: the three.js authors
+License: Expat
+ ${expat}
+
+Files: usr/share/knap/viewer/vendor/three/examples/jsm/libs/draco/*
+Copyright: the Draco authors
+License: Apache-2.0
+ On Debian systems the text of this licence is in
+ /usr/share/common-licenses/Apache-2.0.
+")
+    endif()
     file(WRITE ${doc}/changelog.Debian
 "knap (${CPACK_PACKAGE_VERSION}-${CPACK_DEBIAN_PACKAGE_RELEASE}) unstable; urgency=medium
 

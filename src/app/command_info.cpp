@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "app/commands.hpp"
@@ -10,6 +11,7 @@
 #include "base/file.hpp"
 #include "knap/archive.hpp"
 #include "knap/source.hpp"
+#include "store/tileset_file.hpp"
 
 namespace knap::app {
 
@@ -125,6 +127,10 @@ std::string describe(const Archive& archive) {
     text += row("crs", format_crs(manifest.crs));
     text += row("tiles",
                 fmt::format("{}, {}", format_count(manifest.tiles.size()), format_bytes(bytes)));
+    if (const std::optional<TilesetIndex> tileset = find_tileset(archive.folder())) {
+        text += row("3D Tiles", fmt::format("{}, {}, {}", format_count(tileset->contents.size()),
+                                            format_bytes(tileset->bytes()), tileset->frame));
+    }
     for (const auto& [key, value] : manifest.parameters) {
         text += row("parameter", fmt::format("{} = {}", key, value));
     }

@@ -2,11 +2,13 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "input/draco_reader.hpp"
 #include "store/json_node.hpp"
 #include "store/las_json.hpp"
 #include "store/manifest.hpp"
+#include "store/tileset_file.hpp"
 
 namespace knap::app {
 
@@ -60,9 +62,15 @@ std::string info_json(const SourceInfo& info) {
 }
 
 std::string info_json(const Archive& archive) {
-    const Json json{{"kind", "archive"},
-                    {"path", archive.folder().string()},
-                    {"manifest", Json::parse(format_manifest(archive.manifest()))}};
+    Json json{{"kind", "archive"},
+              {"path", archive.folder().string()},
+              {"manifest", Json::parse(format_manifest(archive.manifest()))}};
+    if (const std::optional<TilesetIndex> tileset = find_tileset(archive.folder())) {
+        json["tileset"] = {{"files", tileset->contents.size()},
+                           {"points", tileset->points},
+                           {"bytes", tileset->bytes()},
+                           {"frame", tileset->frame}};
+    }
     return dump_json(json, kIndent) + "\n";
 }
 

@@ -27,8 +27,23 @@ namespace knap {
 
 namespace {
 
-void check_memory(std::uint64_t kept, const AttributePlan& attributes, const EmitRequest& request) {
-    const std::uint64_t needed = emit_memory_bytes(kept, request.output, attributes);
+/// Memory that writing takes, beside the measures.
+std::uint64_t writing_bytes(std::uint64_t kept, const OutputParams& output,
+                            const AttributePlan& attributes) {
+    switch (output_kind(output.path)) {
+        case OutputKind::kArchive:
+            return 2 * std::min(kept, output.tile_points) * emit_point_bytes(attributes) +
+                   encode_memory_bytes(std::min(kept, output.tile_points), attributes.attributes);
+        case OutputKind::kDraco:
+            return kept * (sizeof(LatticeIndex) + sizeof(CarryingPoint) + attributes.row_size) +
+                   encode_memory_bytes(kept, attributes.attributes);
+        case OutputKind::kCloud:
+            break;
+    }
+    return 0;
+}
+
+void require_memory(std::uint64_t kept, std::uint64_t needed, const EmitRequest& request) {
     if (needed > request.memory_bytes) {
         throw StorageError(fmt::format(
             "{}: {} kept points need {} of memory to be written, expected at most {} "
@@ -37,17 +52,8 @@ void check_memory(std::uint64_t kept, const AttributePlan& attributes, const Emi
     }
 }
 
-/// What the measures of the kept points take of the memory.
-std::uint64_t measures_share(std::uint64_t kept, const EmitRequest& request) {
-    const std::uint64_t needed = Measures::memory_bytes(kept);
-    if (needed > request.memory_bytes / 2) {
-        throw StorageError(
-            fmt::format("{}: the measures of {} kept points need {} of memory, expected at most {} "
-                        "(resources.memory, output.measures)",
-                        request.output.path, kept, format_bytes(needed),
-                        format_bytes(request.memory_bytes / 2)));
-    }
-    return needed;
+void check_memory(std::uint64_t kept, const AttributePlan& attributes, const EmitRequest& request) {
+    require_memory(kept, writing_bytes(kept, request.output, attributes), request);
 }
 
 /// The kept points on the lattice, in any order.
@@ -120,7 +126,7 @@ std::vector<ManifestSource> manifest_sources(const SourceTable& sources) {
 std::uint64_t points_in_memory(std::uint64_t kept, const AttributePlan& attributes,
                                const EmitRequest& request) {
     const std::uint64_t tile = std::min(kept, request.output.tile_points);
-    const std::uint64_t least = emit_memory_bytes(kept, request.output, attributes);
+    const std::uint64_t least = writing_bytes(kept, request.output, attributes);
     const std::uint64_t more = static_cast<std::uint64_t>(request.threads - 1) *
                                encode_memory_bytes(tile, attributes.attributes);
     const std::uint64_t room = request.memory_bytes - least;
@@ -222,17 +228,8 @@ std::uint64_t emit_point_bytes(const AttributePlan& attributes) {
 
 std::uint64_t emit_memory_bytes(std::uint64_t kept, const OutputParams& output,
                                 const AttributePlan& attributes) {
-    switch (output_kind(output.path)) {
-        case OutputKind::kArchive:
-            return 2 * std::min(kept, output.tile_points) * emit_point_bytes(attributes) +
-                   encode_memory_bytes(std::min(kept, output.tile_points), attributes.attributes);
-        case OutputKind::kDraco:
-            return kept * (sizeof(LatticeIndex) + sizeof(CarryingPoint) + attributes.row_size) +
-                   encode_memory_bytes(kept, attributes.attributes);
-        case OutputKind::kCloud:
-            break;
-    }
-    return 0;
+    return writing_bytes(kept, output, attributes) +
+           (attributes.measures ? Measures::memory_bytes(kept) : 0);
 }
 
 EmitResult emit(const SourceTable& sources, const Selection& selection, const EmitRequest& asked) {
@@ -240,7 +237,9 @@ EmitResult emit(const SourceTable& sources, const Selection& selection, const Em
     EmitRequest request = asked;
     std::optional<Measures> measures;
     if (attributes.measures) {
-        request.memory_bytes -= measures_share(selection.count(), asked);
+        const std::uint64_t kept = selection.count();
+        require_memory(kept, emit_memory_bytes(kept, asked.output, attributes), asked);
+        request.memory_bytes -= Measures::memory_bytes(kept);
         measures.emplace(sources, selection, asked.runs, asked.range_of, asked.threads);
     }
     const KeptPoints kept{.sources = sources,

@@ -122,8 +122,12 @@ bool is_tileset_folder(std::string_view name) {
            name == fmt::format("{}.old", kTilesetFolder);
 }
 
+// "000012.pnts", or "000012-3.pnts"
 bool is_tileset_file(const std::string& name) {
-    return is_file_or_partial(name, kTilesetName) || is_numbered(name, ".pnts");
+    const std::size_t dash = name.find('-');
+    return is_file_or_partial(name, kTilesetName) || is_numbered(name, ".pnts") ||
+           (dash > 0 && dash < name.size() && name.find_first_not_of("0123456789") == dash &&
+            is_numbered(name.substr(dash + 1), ".pnts"));
 }
 
 }  // namespace

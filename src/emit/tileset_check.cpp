@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <optional>
 #include <string_view>
-#include <system_error>
 
 #include "base/checksum.hpp"
 #include "base/file.hpp"
@@ -31,11 +31,11 @@ void require_equal(const fs::path& file, std::string_view what, const Value& exp
 TilesetCheck check_tileset(const fs::path& archive, const Manifest& manifest) {
     const fs::path folder = archive / kTilesetFolder;
     TilesetCheck check;
-    std::error_code ignored;
-    if (!fs::exists(fs::symlink_status(folder, ignored))) {
+    const std::optional<TilesetIndex> found = find_tileset(archive);
+    if (!found) {
         return check;
     }
-    const TilesetIndex index = read_tileset_index(folder);
+    const TilesetIndex& index = *found;
     const fs::path name(kTilesetFolder);
     check.files.push_back((name / kTilesetName).string());
     require_equal(folder / kTilesetName, "the archive's XXH3",

@@ -101,7 +101,7 @@ std::uint64_t tile_memory_bytes(const Job& job, const Forecast& forecast) {
         return 0;
     }
     return emit_memory_bytes(kept_about(job, forecast), job.output,
-                             plan_attributes(forecast.sources, job.output.attributes));
+                             plan_output(forecast.sources, job.output));
 }
 
 /// The kept points' runs, and the points with their rows where the memory does not hold them.
@@ -113,7 +113,7 @@ double emit_scratch_bytes(const Job& job, const Forecast& forecast, const Budget
         return 0;
     }
     const double run_point = runs / static_cast<double>(counted);
-    const AttributePlan attributes = plan_attributes(forecast.sources, job.output.attributes);
+    const AttributePlan attributes = plan_output(forecast.sources, job.output);
     const bool fits = kept * emit_point_bytes(attributes) <= budgets.stage;
     // A part is there until both its halves are.
     const double through = fits ? 0 : 2 * (run_point + static_cast<double>(attributes.row_size));

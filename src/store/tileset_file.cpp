@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <span>
+#include <system_error>
 
 #include "base/checksum.hpp"
 #include "base/file.hpp"
@@ -40,8 +41,10 @@ Json node_json(const Tileset& tileset, std::size_t number) {
     Json json{{"boundingVolume", volume_json(node.box)},
               {"geometricError", node.geometric_error},
               {"refine", "ADD"},
-              {"transform", node.transform},
-              {"content", content_json(node.content)}};
+              {"transform", node.transform}};
+    if (!node.content.file.empty()) {
+        json["content"] = content_json(node.content);
+    }
     if (!node.children.empty()) {
         Json children = Json::array();
         for (const std::size_t child : node.children) {
@@ -142,8 +145,26 @@ TilesetIndex read_tileset_index(const std::filesystem::path& folder) {
     TilesetIndex index;
     index.archive = knap.at("archive").text();
     index.points = knap.at("points").count();
+    index.frame = knap.at("frame").text();
     collect(root.at("root"), index.contents);
     return index;
+}
+
+std::optional<TilesetIndex> find_tileset(const std::filesystem::path& archive) {
+    const std::filesystem::path folder = archive / kTilesetFolder;
+    std::error_code ignored;
+    if (!std::filesystem::exists(std::filesystem::symlink_status(folder, ignored))) {
+        return std::nullopt;
+    }
+    return read_tileset_index(folder);
+}
+
+std::uint64_t TilesetIndex::bytes() const {
+    std::uint64_t sum = 0;
+    for (const TilesetContent& content : contents) {
+        sum += content.bytes;
+    }
+    return sum;
 }
 
 }  // namespace knap

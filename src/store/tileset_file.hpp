@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -24,12 +25,12 @@ struct TilesetContent {
     std::string xxh3;  ///< XXH3-64 of the file, 16 hex digits
 };
 
-/// A node of a tileset. A parent comes before its children.
+/// A tile of a tileset.
 struct TilesetNode {
     std::array<double, 16> transform{};  ///< to the parent's coordinates, column behind column
     Box box;                             ///< of all points below, in its own coordinates
     double geometric_error = 0;          ///< metres, or cloud units
-    TilesetContent content;
+    TilesetContent content;              ///< none: of no file
     std::vector<std::size_t> children;
 };
 
@@ -55,10 +56,17 @@ std::string format_tileset(const Tileset& tileset);
 struct TilesetIndex {
     std::string archive;
     std::uint64_t points = 0;
+    std::string frame;
     std::vector<TilesetContent> contents;
+
+    std::uint64_t bytes() const;  ///< of all contents
 };
 
 /// @throws InputError naming file and key if it is none of knap's, or damaged
 TilesetIndex read_tileset_index(const std::filesystem::path& folder);
+
+/// That of an archive, if it has 3D Tiles.
+/// @throws InputError as above
+std::optional<TilesetIndex> find_tileset(const std::filesystem::path& archive);
 
 }  // namespace knap

@@ -12,7 +12,7 @@ namespace knap {
 
 namespace {
 
-constexpr int kGrid = 5;
+constexpr std::size_t kGrid = 5;
 // A box without extent along an axis still needs that axis. Over a metre the Earth is flat to a
 // tenth of a micrometre, and the rounding of places on it (1e-9 m) is nothing.
 constexpr double kThinnest = 1;  // metres
@@ -64,10 +64,10 @@ double metres(const Vec3& at, int axis, const Geocentric& earth) {
 std::vector<Sample> sample(const Vec3& middle, const Vec3& half, const Geocentric& earth) {
     std::vector<Sample> samples;
     samples.reserve(kGrid * kGrid * kGrid);
-    const auto at = [](int i) { return 2.0 * i / (kGrid - 1) - 1; };
-    for (int i = 0; i < kGrid; ++i) {
-        for (int j = 0; j < kGrid; ++j) {
-            for (int k = 0; k < kGrid; ++k) {
+    const auto at = [](std::size_t i) { return 2.0 * static_cast<double>(i) / (kGrid - 1) - 1; };
+    for (std::size_t i = 0; i < kGrid; ++i) {
+        for (std::size_t j = 0; j < kGrid; ++j) {
+            for (std::size_t k = 0; k < kGrid; ++k) {
                 const Vec3 offset{at(i) * half.x, at(j) * half.y, at(k) * half.z};
                 const Vec3 place = earth.at(middle + offset);
                 if (!is_finite(place)) {
@@ -147,14 +147,12 @@ Vec3 seen_from(const Frame& frame, const Vec3& place) {
 
 Matrix matrix_of(const Frame& frame, const Vec3& stretch) {
     Matrix matrix{};
-    for (int axis = 0; axis < 3; ++axis) {
-        for (int row = 0; row < 3; ++row) {
-            matrix[static_cast<std::size_t>(4 * axis + row)] =
-                frame.axes[static_cast<std::size_t>(axis)][row] * stretch[axis];
+    for (std::size_t row = 0; row < 3; ++row) {
+        const int coordinate = static_cast<int>(row);
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            matrix[4 * axis + row] = frame.axes[axis][coordinate] * stretch[static_cast<int>(axis)];
         }
-    }
-    for (int row = 0; row < 3; ++row) {
-        matrix[static_cast<std::size_t>(12 + row)] = frame.place[row];
+        matrix[12 + row] = frame.place[coordinate];
     }
     matrix[15] = 1;
     return matrix;

@@ -16,6 +16,8 @@ namespace {
 constexpr std::int64_t kMostSteps = (std::int64_t{1} << 16) - 1;
 // The frame's error is known on a grid; between its points the surface bends no more than so.
 constexpr double kBetween = 1.5;
+// Range, step and product are rounded to floats, on three axes: 3 sqrt(3).
+constexpr double kRoundings = 5.2;
 
 double longest(const Vec3& v) {
     return std::max({v.x, v.y, v.z});
@@ -55,12 +57,12 @@ Placement place_tile(const LatticeBounds& region, const Lattice& lattice, const 
     const double extent =
         longest({(far - origin).x * placement.unit.x, (far - origin).y * placement.unit.y,
                  (far - origin).z * placement.unit.z});
-    const double rounding = std::ldexp(extent, -24);
+    const double rounding = kRoundings * std::ldexp(extent, -24);
     placement.largest_error = (placement.whole_steps ? frame.error : 0) + rounding;
     // Never without thickness: half a step all around.
     for (int axis = 0; axis < 3; ++axis) {
         const double margin =
-            lattice.step * placement.unit[axis] / 2 + kBetween * frame.error + 4 * rounding;
+            lattice.step * placement.unit[axis] / 2 + kBetween * frame.error + rounding;
         placement.box.min[axis] = -margin;
         placement.box.max[axis] = (far - origin)[axis] * placement.unit[axis] + margin;
     }

@@ -3,11 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <cstring>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -16,29 +13,24 @@
 #include "base/file.hpp"
 #include "base/memory_gate.hpp"
 #include "base/threads.hpp"
-#include "emit/attribute_plan.hpp"
 #include "emit/draco_tile.hpp"
 #include "emit/output_check.hpp"
 #include "emit/output_folder.hpp"
-#include "emit/tile_layout.hpp"
 #include "knap/archive.hpp"
 #include "knap/error.hpp"
 #include "store/manifest.hpp"
 #include "store/tileset_file.hpp"
 #include "tileset/hierarchy.hpp"
-#include "tileset/placement.hpp"
-#include "tileset/pnts.hpp"
+#include "tileset/node_writer.hpp"
 #include "tileset/properties.hpp"
 #include "tileset/tile_points.hpp"
+#include "tileset/tileset_index.hpp"
 
 namespace knap {
 
 namespace {
 
 namespace fs = std::filesystem;
-
-// Errors grow towards the root, so that a viewer takes parents first.
-constexpr double kLeastGrowth = 1.5;
 
 /// Are all colours of 16 bits below 256? Looks no further than the first that is not.
 bool colors_hold_bytes(const Archive& archive, const PropertyPlan& plan,
@@ -61,29 +53,12 @@ bool colors_hold_bytes(const Archive& archive, const PropertyPlan& plan,
     return true;
 }
 
-/// Mean distance from each point to the next along the curve: about the spacing of the points.
-double spacing_of(std::span<const std::array<float, 3>> positions) {
-    double sum = 0;
-    for (std::size_t i = 1; i < positions.size(); ++i) {
-        const auto& a = positions[i - 1];
-        const auto& b = positions[i];
-        sum += std::sqrt(squared_distance({a[0], a[1], a[2]}, {b[0], b[1], b[2]}));
-    }
-    return positions.size() > 1 ? sum / static_cast<double>(positions.size() - 1) : 0;
-}
-
 /// A node on its way into a file.
 struct OpenNode {
     std::size_t pending = 0;  // tiles of the archive that are still to come
     LatticeBounds bounds;
     bool bounded = false;
     GatheredPoints points;
-};
-
-struct FinishedNode {
-    Placement placement;
-    double spacing = 0;
-    TilesetContent content;
 };
 
 class TilesetMaker {
@@ -108,7 +83,7 @@ class TilesetMaker {
             }
         }
         open_.resize(tree_.size());
-        finished_.resize(tree_.size());
+        written_.resize(tree_.size());
         for (std::size_t i = 0; i < tree_.size(); ++i) {
             open_[i].pending = tree_[i].tiles;
         }
@@ -193,69 +168,12 @@ class TilesetMaker {
                 if (--node.pending > 0) {
                     continue;
                 }
-                whole = std::move(node);
-                node = {};
+                whole = std::exchange(node, {});
             }
-            finish(share.node, whole, earth);
+            const NodeFormat format{manifest_, plan_, narrow_colors_, folder_.path()};
+            written_[share.node] =
+                write_node(share.node, whole.points, whole.bounds, format, earth);
         }
-    }
-
-    /// Writes a node whose points are all there.
-    void finish(std::size_t number, const OpenNode& node, const Geocentric* earth) {
-        FinishedNode& done = finished_[number];
-        done.placement = place_tile(node.bounds, manifest_.lattice, earth);
-        const GatheredPoints points = node.points.in_order();
-        const std::size_t row = row_layout(manifest_.attributes).row_size;
-        std::vector<std::array<float, 3>> positions;
-        std::vector<std::byte> rows;
-        positions.reserve(points.points.size());
-        rows.reserve(points.rows.size());
-        for (const std::size_t i : curve(points.points, node.bounds)) {
-            positions.push_back(coordinates_of(done.placement, points.points[i], earth));
-            const auto value = std::span(points.rows).subspan(i * row, row);
-            rows.insert(rows.end(), value.begin(), value.end());
-        }
-        std::optional<PositionSteps> steps;
-        if (done.placement.whole_steps) {
-            steps = PositionSteps{bits_of(points.points, node.bounds.min),
-                                  manifest_.lattice.step * done.placement.unit.x};
-        }
-        done.spacing = spacing_of(positions);
-        const std::vector<std::byte> bytes =
-            encode_pnts({positions, steps, rows}, manifest_.attributes, plan_, narrow_colors_);
-        done.content = {fmt::format("{:06}.pnts", number), positions.size(), bytes.size(),
-                        fmt::format("{:016x}", xxh3_64(bytes))};
-        AtomicFile file(folder_.path() / done.content.file);
-        file.write(bytes);
-        file.commit();
-    }
-
-    static int bits_of(std::span<const LatticeIndex> points, const LatticeIndex& origin) {
-        std::uint64_t largest = 1;
-        for (const LatticeIndex& point : points) {
-            for (std::size_t axis = 0; axis < 3; ++axis) {
-                largest = std::max(largest, static_cast<std::uint64_t>(point[axis] - origin[axis]));
-            }
-        }
-        return static_cast<int>(std::bit_width(largest));
-    }
-
-    /// The order along a curve through the bounds: as fine as 20 bits are.
-    static std::vector<std::size_t> curve(std::span<const LatticeIndex> points,
-                                          const LatticeBounds& bounds) {
-        int coarser = 0;
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-            const auto side = static_cast<std::uint64_t>(bounds.max[axis] - bounds.min[axis]);
-            coarser = std::max(coarser, static_cast<int>(std::bit_width(side)) - kTileBits);
-        }
-        std::vector<LatticeIndex> cells;
-        cells.reserve(points.size());
-        for (const LatticeIndex& point : points) {
-            cells.push_back({(point[0] - bounds.min[0]) >> coarser,
-                             (point[1] - bounds.min[1]) >> coarser,
-                             (point[2] - bounds.min[2]) >> coarser});
-        }
-        return coding_order(cells, {}, TileCoding::kCurve);
     }
 
     void write_index() {
@@ -269,21 +187,19 @@ class TilesetMaker {
             tileset.attributes.push_back(manifest_.attributes[property.attribute]);
             tileset.attributes.back().name = property.name;
         }
-        tileset.nodes.resize(tree_.size());
-        for (std::size_t i = tree_.size(); i-- > 0;) {  // children first
-            add_node(tileset, i);
-        }
-        if (!tree_.empty()) {
-            const Placement& root = finished_.front().placement;
-            tileset.geometric_error =
-                std::max(root.box.diagonal(), 2 * tileset.nodes.front().geometric_error);
-        }
-        tileset.points = result_.points;
-        tileset.largest_error = result_.largest_error;
-        if (result_.points != manifest_.counts.kept) {
+        add_nodes(tileset, tree_, written_);
+        if (tileset.points != manifest_.counts.kept) {
             throw StorageError(fmt::format("{}: expected 3D Tiles of {} points, found {}",
                                            archive_.folder().string(), manifest_.counts.kept,
-                                           result_.points));
+                                           tileset.points));
+        }
+        result_.points = tileset.points;
+        result_.largest_error = tileset.largest_error;
+        for (const WrittenNode& node : written_) {
+            for (const NodePart& part : node.parts) {
+                ++result_.tiles;
+                result_.bytes += part.content.bytes;
+            }
         }
         const std::string text = format_tileset(tileset);
         write_text_file(folder_.path() / kTilesetName, text);
@@ -291,33 +207,6 @@ class TilesetMaker {
         for (const std::string& name : plan_.left_out) {
             result_.notes.push_back(fmt::format("3D Tiles: without the attribute {}", name));
         }
-    }
-
-    void add_node(Tileset& tileset, std::size_t i) {
-        const TreeNode& planned = tree_[i];
-        FinishedNode& done = finished_[i];
-        TilesetNode& node = tileset.nodes[i];
-        node.children = planned.children;
-        node.box = done.placement.box;
-        node.transform =
-            planned.parent == TreeNode::kNone
-                ? done.placement.matrix
-                : relative_to(finished_[planned.parent].placement.matrix, done.placement.matrix);
-        node.content = done.content;
-        if (!planned.leaf()) {
-            node.geometric_error = done.spacing;
-            for (const std::size_t child : planned.children) {
-                node.geometric_error = std::max(
-                    node.geometric_error, kLeastGrowth * tileset.nodes[child].geometric_error);
-            }
-            if (node.geometric_error <= 0) {  // all points in one place
-                node.geometric_error = node.box.diagonal();
-            }
-        }
-        ++result_.tiles;
-        result_.points += node.content.points;
-        result_.bytes += node.content.bytes;
-        result_.largest_error = std::max(result_.largest_error, done.placement.largest_error);
     }
 
     const Archive& archive_;
@@ -333,7 +222,7 @@ class TilesetMaker {
     bool narrow_colors_ = false;
     std::mutex mutex_;
     std::vector<OpenNode> open_;
-    std::vector<FinishedNode> finished_;
+    std::vector<WrittenNode> written_;
     TilesetResult result_;
 };
 

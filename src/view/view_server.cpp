@@ -43,7 +43,7 @@ void answer(const Site& site, const httplib::Request& request, httplib::Response
         return;
     }
     try {
-        response.set_content(read_text_file(found->second.path), found->second.type.c_str());
+        response.set_content(read_text_file(found->second.path), found->second.type);
     } catch (const Error& error) {
         response.status = kNotFound;
         response.set_content(std::string(error.what()) + "\n", "text/plain");

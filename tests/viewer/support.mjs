@@ -160,15 +160,15 @@ export function watch(page, log) {
     page.on('response', (response) => log.responses.set(new URL(response.url()).pathname, response.status()));
 }
 
-/// A picture on kGround.
+/// A picture on a ground of one colour.
 export class Picture {
-    constructor({width, height, at}) {
+    constructor({width, height, at}, ground = kGround) {
         Object.assign(this, {width, height, at});
         this.lit = [];  // {x, y, colour} of the points
         for (let y = 0; y < height; ++y) {
             for (let x = 0; x < width; ++x) {
                 const colour = at(x, y);
-                if (colour.some((value, k) => value !== kGround[k])) this.lit.push({x, y, colour});
+                if (colour.some((value, k) => value !== ground[k])) this.lit.push({x, y, colour});
             }
         }
     }

@@ -26,7 +26,7 @@ function hills(name, corner) {
     for (let i = 0; i < 120; ++i) {
         for (let j = 0; j < 80; ++j) {
             const z = Math.round(64 * 6 * Math.sin(i / 9) * Math.cos(j / 11)) / 64;
-            lines.push([corner[0] + i, corner[1] + j, corner[2] + z, 2 * i, 3 * j, 90, i + j, (i >> 4) % 5].join(' '));
+            lines.push([corner[0] + 75 * i / 64, corner[1] + 75 * j / 64, corner[2] + z, 2 * i, 3 * j, 90, i + j, (i >> 4) % 5].join(' '));
         }
     }
     const path = join(folder, name);
@@ -182,10 +182,32 @@ test('before and after: two canvases whose cameras move together until they are 
     });
 });
 
+test('curvature and range are shown where an archive carries them', async () => {
+    const flake = join(folder, 'flake.ply');
+    execFileSync(knap, ['synth', 'flake', '--points', '60000', '-o', flake], {stdio: 'ignore'});
+    const kept = makeArchive('flake', flake, '--ratio', '0.2', '--measures');
+    const all = makeArchive('flake_all', flake, '--alpha', '1e-9', '--measures');
+    await withViewer([kept.path, '--before', all.path], async (viewer) => {
+        assert.equal(await viewer.page.locator('#absent').isVisible(), false);
+        await viewer.set('colour', 'curvature');
+        await viewer.save('flake');
+        await viewer.set('colour', 'range');
+        const byRange = await viewer.picture(1);
+        await viewer.set('colour', 'curvature');
+        assert.match(await viewer.page.locator('#low').textContent(), /log/);
+        assert.ok((await viewer.picture(1)).difference(byRange) > 0.02);
+    });
+    await withViewer([terrain.path], async (viewer) => {
+        assert.ok(await viewer.page.locator('#absent').isVisible());
+        assert.ok(await viewer.page.locator('#colour option[value="curvature"]').isDisabled());
+    });
+});
+
 test('coordinates far from the origin make the same picture, to the pixel', async () => {
     const pictures = [];
     for (const [name, corner] of [['near', [0, 0, 0]], ['far', [4500000, 5600000, 2300]]]) {
-        const archive = makeArchive(name, hills(`${name}.xyz`, corner), '--alpha', '1e-9', '--step', String(1 / 64));
+        const archive = makeArchive(name, hills(`${name}.xyz`, corner), '--alpha', '1e-9', '--step', String(1 / 64),
+            '--tile-points', '2000');
         await withViewer([archive.path], async (viewer) => {
             await viewer.set('colour', 'rgb');
             const {page} = viewer;

@@ -50,7 +50,7 @@ export class Panel {
         find('colour').value = this.modes.find(({missing}) => missing === '').id;
         const measures = this.modes.filter(({id, missing}) => ['curvature', 'range'].includes(id) && missing);
         find('absent').hidden = measures.length === 0;
-        find('absent').textContent = `The archive does not carry ${measures.map(({id}) => id).join(' and ')} of its points.`;
+        find('absent').textContent = `The archive does not carry ${measures.map(({id}) => id).join(' and ')} of its points: knap simplify --measures does.`;
     }
 
     #tellSize() {
