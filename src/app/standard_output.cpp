@@ -112,8 +112,8 @@ std::unique_ptr<StandardOutput> take_standard_output(Job& job, const StreamOptio
             "output.report (--report): -: expected a folder or a file as output, beside which a "
             "report can lie");
     }
-    const fs::path parent = job.resources.scratch.empty() ? temporary_folder()
-                                                          : fs::path(job.resources.scratch);
+    const fs::path parent =
+        job.resources.scratch.empty() ? temporary_folder() : fs::path(job.resources.scratch);
     auto output = std::make_unique<StandardOutput>(parent / folder_name(job, options), options);
     job.resources.scratch = output->folder().string();
     job.output.path = output->file().string();

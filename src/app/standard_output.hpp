@@ -48,9 +48,9 @@ class StandardOutput {
 };
 
 /// If the job writes to standard output, the file that it is to write instead, of which the job
-/// then knows. Its folder, which is the job's scratch too, lies in resources.scratch, or else in the
-/// system's folder for temporary files; a job that is resumed with the same input and parameters
-/// finds it under the same name.
+/// then knows. Its folder, which is the job's scratch too, lies in resources.scratch, or else in
+/// the system's folder for temporary files; a job that is resumed with the same input and
+/// parameters finds it under the same name.
 /// @throws ConfigError if the job wants a report, which would lie beside a file
 std::unique_ptr<StandardOutput> take_standard_output(Job& job, const StreamOptions& options);
 

@@ -19,6 +19,7 @@
 #include "base/checksum.hpp"
 #include "emit/attribute_plan.hpp"
 #include "emit/tiles.hpp"
+#include "input/draco_attributes.hpp"
 #include "knap/error.hpp"
 
 namespace knap {
@@ -125,6 +126,12 @@ int add_positions(draco::PointCloud& cloud, const TilePoints& tile,
                          std::as_bytes(std::span(local)));
 }
 
+std::vector<std::int32_t> halves_of(const std::vector<std::uint64_t>& values) {
+    std::vector<std::int32_t> halves(2 * values.size());
+    std::memcpy(halves.data(), values.data(), values.size() * sizeof(std::uint64_t));
+    return halves;
+}
+
 std::unique_ptr<draco::AttributeMetadata> metadata_of(const TileAttribute& group,
                                                       std::span<const Attribute> attributes) {
     auto metadata = std::make_unique<draco::AttributeMetadata>();
@@ -143,6 +150,11 @@ std::unique_ptr<draco::AttributeMetadata> metadata_of(const TileAttribute& group
     }
     if (!first.description.empty()) {
         metadata->AddEntryString(draco_keys::kDescription, first.description);
+    }
+    for (const auto& [key, list] : draco_keys::kLimits) {
+        if (!(first.limits.*list).empty()) {
+            metadata->AddEntryIntArray(key, halves_of(first.limits.*list));
+        }
     }
     return metadata;
 }
