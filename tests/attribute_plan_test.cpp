@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstring>
 #include <limits>
 #include <random>
@@ -200,6 +201,35 @@ TEST(AttributePlan, RowsHoldTheValuesOfThePointsAskedFor) {
         found.push_back(fields.get<std::uint8_t>());
     }
     EXPECT_THAT(found, ElementsAre(-2, 0.5, 0.25, 0, 0, 2.5, 2.25, 0, 201, 0, 0, 8));
+}
+
+TEST(AttributePlan, LimitsAreThoseThatHoldInAllSources) {
+    const auto bits = [](auto value) { return std::bit_cast<std::uint64_t>(value); };
+    Attribute byte = attribute("v", ScalarType::kUint8);
+    byte.limits = {{7}, {3}, {200}};
+    Attribute word = attribute("v", ScalarType::kInt16);
+    word.limits = {{7}, {bits(std::int64_t{-4})}, {100}};
+    Attribute real = attribute("v", ScalarType::kFloat32);
+    real.limits = {{bits(7.0)}, {bits(2.5)}, {bits(1e9)}};
+    const auto planned = [](const std::vector<Attribute>& given) {
+        std::vector<SourceInfo> sources;
+        for (const Attribute& one : given) {
+            sources.push_back(source("a.las", {one}));
+        }
+        return plan_attributes(sources, kAll).attributes.at(0).limits;
+    };
+    EXPECT_EQ(planned({byte}), byte.limits);
+    EXPECT_EQ(planned({byte, word}), (ValueLimits{{7}, word.limits.least, {200}}));
+    EXPECT_EQ(planned({word, byte}), (ValueLimits{{7}, word.limits.least, {200}}));
+    EXPECT_EQ(planned({byte, real}), (ValueLimits{{bits(7.0)}, {bits(2.5)}, {bits(1e9)}}));
+    word.limits.missing = {8};
+    word.limits.greatest = {};
+    EXPECT_EQ(planned({byte, word}), (ValueLimits{{}, word.limits.least, {}}));
+    // A point of a source without the attribute has 0.
+    EXPECT_EQ(plan_attributes(std::vector{source("a.las", {byte}), source("b.las", {})}, kAll)
+                  .attributes.at(0)
+                  .limits,
+              (ValueLimits{{7}, {}, {}}));
 }
 
 TEST(AttributePlan, TheNotesTellWhatIsMissingLeftOutAndNotSupported) {

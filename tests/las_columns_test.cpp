@@ -225,9 +225,43 @@ TEST(LasColumns, ExtraBytesHaveTheTypesAndScalesOfTheirDescriptors) {
                                      schema.end()),
               expected);
     EXPECT_TRUE(source->info().unsupported.empty());
-    las.vlrs = las_record("LASF_Spec", 4, descriptor(4, 1, "with a missing value"));
-    EXPECT_EQ(open_source(folder.write("b.las", las.bytes()))->info().unsupported,
-              (std::vector<std::string>{"least, largest and missing values of extra bytes"}));
+}
+
+TEST(LasColumns, ExtraBytesHaveTheLimitsThatTheirDescriptorsSayCount) {
+    const ScanFolder folder;
+    const auto descriptor = [](int type, int options, std::uint64_t first) {
+        std::string bytes(192, '\0');
+        bytes[2] = static_cast<char>(type);
+        bytes[3] = static_cast<char>(options);
+        bytes[4] = static_cast<char>('a' + type % 26);
+        for (std::size_t i = 0; i < 9; ++i) {  // missing, least, greatest of three components
+            poke(bytes, 40 + 8 * i, first + i);
+        }
+        return bytes;
+    };
+    std::string no_number = descriptor(10, 1, 0);
+    poke(no_number, 40, 0xfff8000000000001U);
+    std::string triple = descriptor(26, 4 + 8, 20);  // three longs of different scales
+    poke(triple, 112, 0.1);
+    LasFile las{.version_minor = 4, .point_format = 6};
+    las.extra_bytes = 2 + 4 + 24 + 8 + 12;
+    las.points.resize(3);
+    las.vlrs = las_record(
+        "LASF_Spec", 4,
+        descriptor(3, 7, 10) + descriptor(9, 0, 10) + descriptor(28, 2, 1) + no_number + triple);
+    las.vlr_count = 1;
+    const auto schema = open_source(folder.write("a.las", las.bytes()))->info().schema;
+    ASSERT_GE(schema.size(), 7U);
+    std::vector<ValueLimits> limits;
+    std::transform(schema.end() - 7, schema.end(), std::back_inserter(limits),
+                   [](const Attribute& attribute) { return attribute.limits; });
+    EXPECT_EQ(limits, (std::vector<ValueLimits>{{{10}, {13}, {16}},
+                                                {},
+                                                {{}, {4, 5, 6}, {}},
+                                                {{0x7ff8000000000000U}, {}, {}},
+                                                {{}, {}, {26}},
+                                                {{}, {}, {27}},
+                                                {{}, {}, {28}}}));
 }
 
 TEST(LasColumns, TheHeaderAndItsRecordsAreKeptAsTheyAre) {

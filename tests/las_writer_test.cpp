@@ -206,6 +206,31 @@ TEST_F(LasWriterFile, WhatIsNoFieldBecomesExtraBytesWithAllThatIsKnownOfIt) {
     }
 }
 
+TEST_F(LasWriterFile, ExtraBytesHaveTheLimitsThatAreKnown) {
+    std::vector<Attribute> extra{{"one", kUint16}, {"three", kFloat64, 3}, {"five", kInt16, 5}};
+    extra[0].limits = {{65535}, {1}, {9}};
+    extra[1].limits.least = {11, 12, 13};
+    extra[2].limits.missing = {21, 22, 23, 24, 25};
+    const Case cloud(6, extra);
+    cloud.write(las_);
+    const std::string descriptors = LasBytes(las_).record("LASF_Spec", 4);
+    ASSERT_EQ(descriptors.size(), 7 * 192U);
+    const auto value = [&](std::size_t descriptor, std::size_t at) {
+        return get<std::uint64_t>(descriptors, descriptor * 192 + at);
+    };
+    EXPECT_EQ(descriptors[3], 7);
+    EXPECT_EQ(value(0, 40), 65535U);
+    EXPECT_EQ(value(0, 64), 1U);
+    EXPECT_EQ(value(0, 88), 9U);
+    EXPECT_EQ(descriptors[192 + 3], 2);
+    EXPECT_EQ(value(1, 64), 11U);
+    EXPECT_EQ(value(1, 80), 13U);
+    for (std::size_t i = 2; i < 7; ++i) {
+        EXPECT_EQ(descriptors[i * 192 + 3], 1);
+        EXPECT_EQ(value(i, 40), 19 + i);
+    }
+}
+
 TEST_F(LasWriterFile, LazHoldsTheSameRecords) {
     const std::vector<Attribute> extra{{"a", kUint16}, {"b", kFloat64, 2}};
     const std::vector<std::pair<int, std::vector<Attribute>>> cases{

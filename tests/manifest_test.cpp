@@ -154,6 +154,24 @@ TEST(Manifest, ReadsBackAsItWasForAnyValues) {
     }
 }
 
+TEST(Manifest, LimitsReadBackToTheBit) {
+    Manifest manifest;
+    manifest.lattice.step = 1;
+    const std::uint64_t all = ~std::uint64_t{0};
+    Attribute unsigned_one{"u", ScalarType::kUint64, 2};
+    unsigned_one.limits = {{all, 1}, {0, 0}, {}};
+    Attribute signed_one{"i", ScalarType::kInt8};
+    signed_one.limits = {{}, {all}, {127}};
+    Attribute real{"f", ScalarType::kFloat32};
+    real.limits = {{std::bit_cast<std::uint64_t>(std::numeric_limits<double>::quiet_NaN())},
+                   {std::bit_cast<std::uint64_t>(-0.0)},
+                   {std::bit_cast<std::uint64_t>(0.1)}};
+    manifest.attributes = {unsigned_one, signed_one, real};
+    EXPECT_EQ(parse_manifest(format_manifest(manifest), "manifest.json").attributes,
+              manifest.attributes);
+    EXPECT_THAT(format_manifest(manifest), HasSubstr("18446744073709551615"));
+}
+
 TEST(Manifest, AnEmptyCloudReadsBack) {
     Manifest manifest;
     manifest.lattice.step = 1;

@@ -28,13 +28,12 @@ from roundtrip.las_reader import read_las
 from roundtrip.made import made_files
 from roundtrip.pcd_reader import read_pcd
 from roundtrip.ply_reader import read_ply
-from roundtrip.text_reader import read_text
+from roundtrip.text_reader import read_ptx, read_text
 
 TEXT = {".txt", ".xyz", ".csv", ".pts", ".asc", ".tsv"}
 # What knap refuses, and must say so of: the file, under its path in the folder, and what it says.
 REFUSED = {
     "lidar/formats/1.2-with-color-clipped.las": "expected 1065 points of 34 bytes",  # cut in its last point
-    "text/no-color.ptx": "a PTX file",
 }
 LEFT_OUT = {"malformed", "README.md"}
 LARGE = 2_000_000  # points, from which on LAS comes from the archive
@@ -74,6 +73,8 @@ class Round:
             return cloud_of_archive(self.tools.undraco, self.path.parent, self.scratch)
         if ending == ".ply":
             return read_ply(data)
+        if ending == ".ptx":
+            return read_ptx(data)
         if ending == ".pcd":
             return read_pcd(data)
         if ending == ".drc":

@@ -37,6 +37,17 @@ KNAP_API const char* to_string(ScalarType type);
 /// Bytes of one value.
 KNAP_API std::size_t size_of(ScalarType type);
 
+/// What a LAS file says of the values of extra bytes: a value a component, as the bits of a uint64
+/// where the type is unsigned, of an int64 where it is signed, of a double where it is floating. A
+/// list is empty where nothing is said.
+struct ValueLimits {
+    std::vector<std::uint64_t> missing;   ///< what stands where there is no value
+    std::vector<std::uint64_t> least;     ///< of all values, as stored
+    std::vector<std::uint64_t> greatest;  ///< the same
+
+    friend bool operator==(const ValueLimits&, const ValueLimits&) = default;
+};
+
 /// One column of a source's schema. A stored value v means v * scale + offset.
 struct Attribute {
     std::string name;  ///< as the source names it; no other column of the source has the same
@@ -45,6 +56,7 @@ struct Attribute {
     double scale = 1;                         ///< of LAS extra bytes; 1 elsewhere
     double offset = 0;                        ///< of LAS extra bytes; 0 elsewhere
     std::string description = std::string();  ///< of LAS extra bytes; empty elsewhere
+    ValueLimits limits = ValueLimits();       ///< of LAS extra bytes; empty elsewhere
 
     /// Bytes of a point in this column.
     std::size_t value_size() const { return size_of(type) * static_cast<std::size_t>(components); }

@@ -14,13 +14,11 @@ Command add_simplify(CLI::App& root) {
     add_progress_options(*command, *progress);
     add_stream_options(*command, *stream);
     command->footer(
-        "Reads PLY, LAS, LAZ (COPC too), PCD, Draco, XYZ, CSV, TXT and PTS, PLY and text behind\n"
-        "gzip, its own archives, and standard input as -. What --memory, --threads, --scratch\n"
-        "and --brick-points say never changes the result. -o - writes PLY (or text: --format xyz) "
-        "to\n"
-        "standard output when it is whole, and the summary to standard error. About 5 mean "
-        "spacings is a first\n"
-        "alpha.\n\n"
+        "Reads PLY, LAS, LAZ (COPC too), PCD, Draco, XYZ, CSV, TXT, PTS and PTX, PLY and text\n"
+        "behind gzip, its own archives, and standard input as -. What --memory, --threads,\n"
+        "--scratch and --brick-points say never changes the result. -o - writes PLY, or text with\n"
+        "--format xyz, to standard output once it is whole, and the summary to standard error.\n"
+        "About 5 mean spacings is a first alpha.\n\n"
         "Examples:\n"
         "  knap simplify scan.ply -o scan_archive --alpha 0.4\n"
         "  knap simplify tiles/ extra.laz -o site.drc --alpha 0.5 --memory 1GiB\n"

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "base/scalar.hpp"
+#include "emit/value_limits.hpp"
 #include "knap/error.hpp"
 
 namespace knap {
@@ -93,9 +94,26 @@ void merge(Attribute& known, const SourceInfo& first, const Attribute& other,
         throw_different(known, "a type that one type holds beside", first, source,
                         to_string(known.type), to_string(other.type));
     }
+    known.limits = common_limits(known, other, *type);
     known.type = *type;
     if (known.description.empty()) {
         known.description = other.description;
+    }
+}
+
+/// A point of a source without an attribute has 0, whatever the others are said to have at least.
+void drop_bounds_of_some(AttributePlan& plan) {
+    std::vector<std::size_t> sources(plan.attributes.size());
+    for (const std::vector<SourceColumn>& source : plan.columns) {
+        for (const SourceColumn& column : source) {
+            ++sources[column.attribute];
+        }
+    }
+    for (std::size_t i = 0; i < sources.size(); ++i) {
+        if (sources[i] < plan.columns.size()) {
+            plan.attributes[i].limits.least.clear();
+            plan.attributes[i].limits.greatest.clear();
+        }
     }
 }
 
@@ -221,6 +239,7 @@ AttributePlan plan_attributes(std::span<const SourceInfo> sources,
             plan.columns[i].push_back({column, known->second.attribute, attribute.type});
         }
     }
+    drop_bounds_of_some(plan);
     if (!all) {
         require_all_found(sources, wanted, found);
     }

@@ -20,6 +20,7 @@
 #include "emit/attribute_plan.hpp"
 #include "emit/draco_parts.hpp"
 #include "emit/tiles.hpp"
+#include "input/draco_attributes.hpp"
 #include "input/tiled_source.hpp"
 #include "knap/error.hpp"
 
@@ -70,6 +71,12 @@ int add_positions(draco::PointCloud& cloud, const TilePoints& tile,
                          std::as_bytes(std::span(local)));
 }
 
+std::vector<std::int32_t> halves_of(const std::vector<std::uint64_t>& values) {
+    std::vector<std::int32_t> halves(2 * values.size());
+    std::memcpy(halves.data(), values.data(), values.size() * sizeof(std::uint64_t));
+    return halves;
+}
+
 std::unique_ptr<draco::AttributeMetadata> metadata_of(const TileAttribute& group,
                                                       std::span<const Attribute> attributes) {
     auto metadata = std::make_unique<draco::AttributeMetadata>();
@@ -88,6 +95,11 @@ std::unique_ptr<draco::AttributeMetadata> metadata_of(const TileAttribute& group
     }
     if (!first.description.empty()) {
         metadata->AddEntryString(draco_keys::kDescription, first.description);
+    }
+    for (const auto& [key, list] : draco_keys::kLimits) {
+        if (!(first.limits.*list).empty()) {
+            metadata->AddEntryIntArray(key, halves_of(first.limits.*list));
+        }
     }
     return metadata;
 }

@@ -125,6 +125,14 @@ Attribute described(Attribute stored, const draco::AttributeMetadata* metadata,
     metadata->GetEntryDouble(draco_keys::kAttributeScale, &stored.scale);
     metadata->GetEntryDouble(draco_keys::kAttributeOffset, &stored.offset);
     metadata->GetEntryString(draco_keys::kDescription, &stored.description);
+    for (const auto& [key, list] : draco_keys::kLimits) {
+        std::vector<std::int32_t> halves;
+        if (metadata->GetEntryIntArray(key, &halves)) {
+            (stored.limits.*list).resize(halves.size() / 2);
+            std::memcpy((stored.limits.*list).data(), halves.data(),
+                        (stored.limits.*list).size() * sizeof(std::uint64_t));
+        }
+    }
     if (!metadata->GetEntryString(draco_keys::kAttributeType, &type)) {
         return stored;
     }

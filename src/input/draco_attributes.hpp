@@ -1,7 +1,10 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
+#include <utility>
 #include <vector>
 
 #include "knap/source.hpp"
@@ -20,6 +23,12 @@ inline constexpr const char* kAttributeType = "type";       // string: "int8" ..
 inline constexpr const char* kAttributeScale = "scale";     // double; absent: 1
 inline constexpr const char* kAttributeOffset = "offset";   // double; absent: 0
 inline constexpr const char* kDescription = "description";  // string; absent: empty
+// Of each component two 32-bit halves of the bits of a value, the lower one first; absent: not
+// said.
+inline constexpr std::array<std::pair<const char*, std::vector<std::uint64_t> ValueLimits::*>, 3>
+    kLimits{{{"missing", &ValueLimits::missing},
+             {"least", &ValueLimits::least},
+             {"greatest", &ValueLimits::greatest}}};
 }  // namespace draco_keys
 
 /// What the points of a Draco file carry beside their position.

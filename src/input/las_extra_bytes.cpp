@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <string>
 
+#include "base/scalar.hpp"
 #include "input/bytes.hpp"
 #include "input/las_info.hpp"
 
@@ -20,9 +23,10 @@ constexpr std::size_t kDescriptor = 192;
 constexpr std::size_t kMostBytes = std::size_t{1} << 20;
 
 // Offsets in a descriptor.
-constexpr std::size_t kType = 2, kOptions = 3, kName = 4, kScale = 112, kOffset = 136,
-                      kDescription = 160, kTextSize = 32;
-constexpr unsigned kHasScale = 8, kHasOffset = 16;
+constexpr std::size_t kType = 2, kOptions = 3, kName = 4, kMissing = 40, kLeast = 64,
+                      kGreatest = 88, kScale = 112, kOffset = 136, kDescription = 160,
+                      kTextSize = 32;
+constexpr unsigned kHasMissing = 1, kHasLeast = 2, kHasGreatest = 4, kHasScale = 8, kHasOffset = 16;
 
 /// One descriptor of the "extra bytes" record.
 class Descriptor {
@@ -47,8 +51,31 @@ class Descriptor {
         return std::isfinite(value) ? value : otherwise;
     }
 
+    /// A value of component `i`; empty unless the options say that there is one. Of what is no
+    /// number there is one kind.
+    std::vector<std::uint64_t> limit(std::size_t at, std::size_t i, unsigned option,
+                                     ScalarType type) const {
+        if ((std::to_integer<unsigned>(bytes_[kOptions]) & option) == 0) {
+            return {};
+        }
+        const auto bits = load_little<std::uint64_t>(bytes_.data() + at + i * sizeof(double));
+        const bool no_number = is_floating(type) && std::isnan(std::bit_cast<double>(bits));
+        return {no_number ? std::bit_cast<std::uint64_t>(std::numeric_limits<double>::quiet_NaN())
+                          : bits};
+    }
+
     std::span<const std::byte> bytes_;
 };
+
+/// Puts the limits of components into one list each.
+void append_limits(ValueLimits& all, const ValueLimits& more) {
+    const auto append = [](std::vector<std::uint64_t>& to, const std::vector<std::uint64_t>& from) {
+        to.insert(to.end(), from.begin(), from.end());
+    };
+    append(all.missing, more.missing);
+    append(all.least, more.least);
+    append(all.greatest, more.greatest);
+}
 
 std::vector<Attribute> Descriptor::attributes() const {
     constexpr std::array kTypes{kUint8, kInt8,   kUint16, kInt16,   kUint32,
@@ -70,7 +97,15 @@ std::vector<Attribute> Descriptor::attributes() const {
         parts[i].scale = number(kScale, i, kHasScale, 1);
         parts[i].offset = number(kOffset, i, kHasOffset, 0);
     }
-    if (std::ranges::all_of(parts, [&](const Attribute& part) { return part == parts[0]; })) {
+    const bool alike =
+        std::ranges::all_of(parts, [&](const Attribute& part) { return part == parts[0]; });
+    for (std::size_t i = 0; i < components; ++i) {
+        append_limits(parts[alike ? 0 : i].limits,
+                      {limit(kMissing, i, kHasMissing, attribute.type),
+                       limit(kLeast, i, kHasLeast, attribute.type),
+                       limit(kGreatest, i, kHasGreatest, attribute.type)});
+    }
+    if (alike) {
         parts[0].components = static_cast<int>(components);
         parts.resize(1);
         return parts;
@@ -82,23 +117,6 @@ std::vector<Attribute> Descriptor::attributes() const {
 }
 
 }  // namespace
-
-bool extra_bytes_say_more(const InputFile& file, std::span<const LasRecord> records) {
-    return std::ranges::any_of(records, [&](const LasRecord& record) {
-        if (record.user_id != "LASF_Spec" || record.id != kExtraBytesRecord) {
-            return false;
-        }
-        const std::vector<std::byte> content = read_las_record(file, record, kMostBytes);
-        for (std::size_t at = 0; at + kDescriptor <= content.size(); at += kDescriptor) {
-            constexpr std::byte kMissingLeastLargest{7};
-            if (content[at + kType] != std::byte{0} &&
-                (content[at + kOptions] & kMissingLeastLargest) != std::byte{0}) {
-                return true;
-            }
-        }
-        return false;
-    });
-}
 
 std::vector<Attribute> las_extra_bytes(const InputFile& file, std::size_t bytes,
                                        std::span<const LasRecord> records) {

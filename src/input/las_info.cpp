@@ -110,9 +110,6 @@ SourceInfo describe_las(const InputFile& file, const LasHeader& header,
             info.unsupported.emplace_back("waveform packets");
         }
     }
-    if (extra_bytes_say_more(file, records)) {
-        info.unsupported.emplace_back("least, largest and missing values of extra bytes");
-    }
     info.las = header_info(file, header);
     take_records(file, records, info, info.las->records);
     return info;

@@ -17,9 +17,6 @@ namespace knap {
 SourceInfo describe_las(const InputFile& file, const LasHeader& header,
                         std::span<const LasRecord> records, std::span<const LasField> fields);
 
-/// Do descriptors of extra bytes name a least, largest or missing value?
-bool extra_bytes_say_more(const InputFile& file, std::span<const LasRecord> records);
-
 /// The columns of what lies behind the fields of the point format.
 /// @param bytes  of a point; those that no record describes are one column, "extra_bytes"
 std::vector<Attribute> las_extra_bytes(const InputFile& file, std::size_t bytes,

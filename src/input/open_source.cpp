@@ -10,6 +10,7 @@
 #include "input/las_source.hpp"
 #include "input/pcd_source.hpp"
 #include "input/ply_source.hpp"
+#include "input/ptx_source.hpp"
 #include "input/recognise.hpp"
 #include "input/text_source.hpp"
 #include "knap/error.hpp"
@@ -32,6 +33,8 @@ std::unique_ptr<PointSource> open_as(FileFormat format, InputFile file) {
             return open_draco(file);
         case FileFormat::kArchive:
             return open_archive(file);
+        case FileFormat::kPtx:
+            return open_ptx(std::move(file));
         case FileFormat::kText:
             break;
     }

@@ -8,6 +8,7 @@
 
 #include "input/gzip.hpp"
 #include "input/number.hpp"
+#include "input/ptx_source.hpp"
 #include "input/text_layout.hpp"
 #include "knap/error.hpp"
 
@@ -33,7 +34,6 @@ constexpr std::array kForeignStarts{
     Foreign{"version https://git-lfs"sv, "a Git LFS pointer: fetch the file itself first"},
 };
 constexpr std::array kForeignEndings{
-    Foreign{".ptx"sv, "a PTX file: convert it to PLY first"},
     Foreign{".e57"sv, "an E57 file: convert it to LAZ or PLY first"},
 };
 constexpr std::array kPointEndings{".xyz"sv, ".pts"sv, ".asc"sv};
@@ -67,6 +67,9 @@ Recognition recognise_text(const InputFile& file, std::string_view head, std::st
             is_cloud || is_table
                 ? fmt::format("binary data in a text file ({})", excerpt(head.substr(0, 8)))
                 : fmt::format("an unknown format that begins with {}", excerpt(head.substr(0, 8))));
+    }
+    if (ending == ".ptx" || looks_like_ptx(file)) {
+        return {.format = FileFormat::kPtx, .gzipped = false, .certain = true, .found = {}};
     }
     const bool certain = is_cloud || looks_like_points(file);
     if (certain || is_table) {
@@ -120,7 +123,8 @@ Recognition recognise_gzip(const std::filesystem::path& path) {
     try {
         const InputFile decoded = gunzip(InputFile(path));
         Recognition recognition = recognise_content(decoded, ending_of(path.stem()));
-        if (recognition.format == FileFormat::kPly || recognition.format == FileFormat::kText) {
+        if (recognition.format == FileFormat::kPly || recognition.format == FileFormat::kPtx ||
+            recognition.format == FileFormat::kText) {
             recognition.gzipped = true;
             return recognition;
         }

@@ -7,7 +7,7 @@
 
 namespace knap {
 
-enum class FileFormat { kPly, kLas, kPcd, kDraco, kArchive, kText };
+enum class FileFormat { kPly, kLas, kPcd, kDraco, kArchive, kPtx, kText };
 
 /// What a file is, told by its first bytes and then by its ending.
 struct Recognition {

@@ -225,8 +225,7 @@ TextLayout Detector::detect() {
         take_count(fields[0]);
         has_line = next(line);
         if (has_line && fields_of(line).size() == 1 && parse_count(trimmed(line))) {
-            fail("a point",
-                 "a second count: a PTX file, which knap does not read; convert it to PLY first");
+            fail("a point", "a second count, as in a PTX file, without the rest of its header");
         }
     }
     if (has_line) {

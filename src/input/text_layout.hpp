@@ -51,7 +51,7 @@ std::uint64_t text_begin(const InputFile& file);
 
 /// Reads the first lines.
 /// @throws InputError if they are no table with three columns of numbers, or of a kind that knap
-///         does not read (PTX, landmarks)
+///         does not read (landmarks)
 TextLayout read_text_layout(const InputFile& file);
 
 /// Would read_text_layout() succeed without taking a line of words on trust? True for a first line

@@ -137,13 +137,16 @@ void store_text(std::span<std::byte> to, const std::string& text) {
     std::memcpy(to.data(), text.data(), std::min(to.size(), text.size()));
 }
 
+/// @param first  of the components that it describes
 void append_descriptor(std::vector<std::byte>& record, const std::string& name,
-                       const Attribute& attribute, int components) {
-    constexpr std::size_t kSize = 192, kType = 2, kOptions = 3, kName = 4, kScale = 112,
-                          kOffset = 136, kDescription = 160;
+                       const Attribute& attribute, std::size_t first, int components) {
+    constexpr std::size_t kSize = 192, kType = 2, kOptions = 3, kName = 4, kMissing = 40,
+                          kLeast = 64, kGreatest = 88, kScale = 112, kOffset = 136,
+                          kDescription = 160;
     constexpr std::array kTypes{kUint8, kInt8,   kUint16, kInt16,   kUint32,
                                 kInt32, kUint64, kInt64,  kFloat32, kFloat64};
-    constexpr std::uint8_t kHasScale = 1 << 3, kHasOffset = 1 << 4;
+    constexpr std::uint8_t kHasMissing = 1, kHasLeast = 1 << 1, kHasGreatest = 1 << 2,
+                           kHasScale = 1 << 3, kHasOffset = 1 << 4;
     const std::size_t at = record.size();
     record.resize(at + kSize);
     const std::span<std::byte> to = std::span(record).subspan(at);
@@ -155,6 +158,17 @@ void append_descriptor(std::vector<std::byte>& record, const std::string& name,
             place + 1 + static_cast<std::ptrdiff_t>(kTypes.size()) * (components - 1));
         std::uint8_t options = attribute.scale != 1 ? kHasScale : 0;
         options |= attribute.offset != 0 ? kHasOffset : 0;
+        const auto store = [&](const std::vector<std::uint64_t>& values, std::size_t place_of,
+                               std::uint8_t option) {
+            if (values.size() >= first + static_cast<std::size_t>(components)) {
+                options |= option;
+                std::memcpy(&to[place_of], &values[first],
+                            static_cast<std::size_t>(components) * sizeof(std::uint64_t));
+            }
+        };
+        store(attribute.limits.missing, kMissing, kHasMissing);
+        store(attribute.limits.least, kLeast, kHasLeast);
+        store(attribute.limits.greatest, kGreatest, kHasGreatest);
         to[kOptions] = static_cast<std::byte>(options);
         for (std::size_t i = 0; i < static_cast<std::size_t>(components); ++i) {
             if ((options & kHasScale) != 0) {
@@ -231,12 +245,13 @@ std::vector<std::byte> LasFields::extra_bytes_record() const {
             continue;
         }
         if (fits_descriptor(attribute)) {
-            append_descriptor(record, names.next(attribute.name), attribute, attribute.components);
+            append_descriptor(record, names.next(attribute.name), attribute, 0,
+                              attribute.components);
             continue;
         }
         for (int component = 0; component < attribute.components; ++component) {
             append_descriptor(record, names.next(fmt::format("{}_{}", attribute.name, component)),
-                              attribute, 1);
+                              attribute, static_cast<std::size_t>(component), 1);
         }
     }
     return record;

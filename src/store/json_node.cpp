@@ -96,6 +96,10 @@ double JsonNode::number() const {
     return json_.get<double>();
 }
 
+bool JsonNode::is_nan() const {
+    return json_ == "nan";
+}
+
 Vec3 JsonNode::triple() const {
     const std::vector<JsonNode> values = items(3);
     return {values[0].number(), values[1].number(), values[2].number()};

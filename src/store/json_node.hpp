@@ -46,6 +46,8 @@ class JsonNode {
     std::uint64_t count() const;
     std::int64_t integer() const;
     double number() const;
+    /// True for number_json() of what is no number, which number() refuses.
+    bool is_nan() const;
     Vec3 triple() const;
     Box box() const;
 

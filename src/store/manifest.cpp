@@ -3,14 +3,17 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <span>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "base/checksum.hpp"
 #include "base/file.hpp"
+#include "base/scalar.hpp"
 #include "knap/error.hpp"
 #include "store/json_node.hpp"
 #include "store/las_json.hpp"
@@ -35,7 +38,48 @@ std::string checksum_of(const Json& without_checksum) {
     return fmt::format("{:016x}", xxh3_64(std::as_bytes(std::span(text.data(), text.size()))));
 }
 
-/// Scale, offset and description only where they say something.
+constexpr std::array<std::pair<const char*, std::vector<std::uint64_t> ValueLimits::*>, 3> kLimits{
+    {{"missing", &ValueLimits::missing},
+     {"least", &ValueLimits::least},
+     {"greatest", &ValueLimits::greatest}}};
+
+Json limits_json(ScalarType type, const std::vector<std::uint64_t>& values) {
+    Json json = Json::array();
+    for (const std::uint64_t bits : values) {
+        visit_scalar(type, [&](auto tag) {
+            using T = typename decltype(tag)::Type;
+            if constexpr (std::is_floating_point_v<T>) {
+                json.push_back(number_json(std::bit_cast<double>(bits)));
+            } else if constexpr (std::is_signed_v<T>) {
+                json.push_back(std::bit_cast<std::int64_t>(bits));
+            } else {
+                json.push_back(bits);
+            }
+        });
+    }
+    return json;
+}
+
+std::vector<std::uint64_t> limits_from(ScalarType type, int components, const JsonNode& node) {
+    std::vector<std::uint64_t> values;
+    for (const JsonNode& item : node.items(static_cast<std::size_t>(components))) {
+        visit_scalar(type, [&](auto tag) {
+            using T = typename decltype(tag)::Type;
+            if constexpr (std::is_floating_point_v<T>) {
+                constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+                values.push_back(
+                    std::bit_cast<std::uint64_t>(item.is_nan() ? kNan : item.number()));
+            } else if constexpr (std::is_signed_v<T>) {
+                values.push_back(std::bit_cast<std::uint64_t>(item.integer()));
+            } else {
+                values.push_back(item.count());
+            }
+        });
+    }
+    return values;
+}
+
+/// What stands beside name, type and components only where it says something.
 Json attribute_json(const Attribute& attribute) {
     Json json{{"name", attribute.name},
               {"type", to_string(attribute.type)},
@@ -48,6 +92,11 @@ Json attribute_json(const Attribute& attribute) {
     }
     if (!attribute.description.empty()) {
         json["description"] = attribute.description;
+    }
+    for (const auto& [key, list] : kLimits) {
+        if (!(attribute.limits.*list).empty()) {
+            json[key] = limits_json(attribute.type, attribute.limits.*list);
+        }
     }
     return json;
 }
@@ -132,6 +181,12 @@ Attribute attribute_from(const JsonNode& node) {
     }
     if (node.has("description")) {
         attribute.description = node.at("description").text();
+    }
+    for (const auto& [key, list] : kLimits) {
+        if (node.has(key)) {
+            attribute.limits.*list =
+                limits_from(attribute.type, attribute.components, node.at(key));
+        }
     }
     return attribute;
 }

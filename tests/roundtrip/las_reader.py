@@ -121,8 +121,6 @@ def read_las(data, points=None):
     source, encoding = struct.unpack_from("<HH", data, 4)
     day, year = struct.unpack_from("<HH", data, 90)
     lost = ["waveform packets"] if form & 63 in (4, 5, 9, 10) else []
-    if any(described[at + 2] and described[at + 3] & 7 for at in range(0, len(described), 192)):
-        lost.append("least, largest and missing values")
     return Cloud(index * scale + offset, columns, Grid(index, scale, offset),
                  [r for r in records if not is_of_the_file(r[0], r[1])],
                  {"file source": source, "encoding": encoding & ~0b110, "project": data[8:24],

@@ -52,3 +52,21 @@ def read_text(data):
             lost.append(f"words in column '{name or f'column{i + 1}'}'")
     xyz, rest = positions_of(columns)
     return Cloud(xyz, rest, lost=lost)
+
+
+def read_ptx(data):
+    """Scans one behind the other; a cell at 0 0 0 has no return, and none of those in the folder is."""
+    rows = [line.split() for line in data.decode("ascii").splitlines() if line.strip()]
+    points, values = [], []
+    while rows:
+        cells = int(rows[0][0]) * int(rows[1][0])
+        matrix = np.array(rows[6:10], float)
+        scan = np.array(rows[10:10 + cells], float)
+        points.append(np.column_stack([scan[:, :3], np.ones(cells)]) @ matrix)
+        values.append(scan[:, 3:])
+        rows = rows[10 + cells:]
+    xyz, rest = np.concatenate(points)[:, :3], np.concatenate(values)
+    names = ["intensity", "red", "green", "blue"][:rest.shape[1]]
+    columns = [Column(name, rest[:, i] if i == 0 else rest[:, i].astype(np.uint8))
+               for i, name in enumerate(names)]
+    return Cloud(xyz, columns, lost=["places and axes of scanners"])
