@@ -63,10 +63,6 @@ std::uint64_t id_bytes(std::uint64_t points) {
     return bytes;
 }
 
-}  // namespace
-
-namespace {
-
 /// What lies in scratch from the survey to the end.
 struct StagedForecast {
     bool stays = false;
