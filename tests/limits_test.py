@@ -1,5 +1,6 @@
 """Extra bytes keep what their descriptors say of values. usage: limits_test.py KNAP SHARED_DATA"""
 
+import json
 import struct
 import subprocess
 import sys
@@ -48,6 +49,11 @@ class Limits(unittest.TestCase):
                             ["verify", "archive"]]:
                 subprocess.run([KNAP, *command], cwd=folder, check=True, capture_output=True)
             for output in ["out.las", "decoded.las"]:
+                info = subprocess.run([KNAP, "info", "--json", output], cwd=folder, check=True,
+                                      capture_output=True)
+                limits = {one["name"]: [one.get(key) for key in ["missing", "least", "greatest"]]
+                          for one in json.loads(info.stdout)["attributes"]}
+                self.assertEqual([None, None, [220, 221]], limits["Flags"], output)
                 written = (folder / output).read_bytes()
                 found = descriptors(written)
                 for attribute, (options, components) in said.items():

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "input/draco_reader.hpp"
+#include "store/attribute_json.hpp"
 #include "store/json_node.hpp"
 #include "store/las_json.hpp"
 #include "store/manifest.hpp"
@@ -15,19 +16,6 @@ namespace knap::app {
 namespace {
 
 constexpr int kIndent = 2;
-
-Json attributes_json(const std::vector<Attribute>& attributes) {
-    Json list = Json::array();
-    for (const Attribute& attribute : attributes) {
-        list.push_back({{"name", attribute.name},
-                        {"type", to_string(attribute.type)},
-                        {"components", attribute.components},
-                        {"scale", number_json(attribute.scale)},
-                        {"offset", number_json(attribute.offset)},
-                        {"description", attribute.description}});
-    }
-    return list;
-}
 
 Json coordinates_json(const CoordinateFormat& format) {
     switch (format.kind) {

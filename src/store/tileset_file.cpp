@@ -8,6 +8,7 @@
 #include "base/checksum.hpp"
 #include "base/file.hpp"
 #include "knap/error.hpp"
+#include "store/attribute_json.hpp"
 #include "store/json_node.hpp"
 
 namespace knap {
@@ -53,19 +54,6 @@ Json node_json(const Tileset& tileset, std::size_t number) {
         json["children"] = children;
     }
     return json;
-}
-
-Json attributes_json(const std::vector<Attribute>& attributes) {
-    Json list = Json::array();
-    for (const Attribute& attribute : attributes) {
-        list.push_back({{"name", attribute.name},
-                        {"type", to_string(attribute.type)},
-                        {"components", attribute.components},
-                        {"scale", number_json(attribute.scale)},
-                        {"offset", number_json(attribute.offset)},
-                        {"description", attribute.description}});
-    }
-    return list;
 }
 
 Json knap_json(const Tileset& tileset) {
