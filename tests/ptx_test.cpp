@@ -3,6 +3,7 @@
 
 #include <cstring>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,7 @@
 namespace knap {
 namespace {
 
+using test::read_all;
 using test::ScanFolder;
 using test::shared_data;
 using testing::HasSubstr;
@@ -72,11 +74,22 @@ TEST(Ptx, EveryScanHasAMatrixOfItsOwnAndMayBeEmpty) {
     }
 }
 
+TEST(Ptx, HoweverManyScansMayBeEmpty) {
+    const ScanFolder folder;
+    const std::string empty = "0\n7\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n" + kTurned;
+    std::string text = kHeader + kTurned + kCells + "\n";
+    for (int i = 0; i < 200'000; ++i) {
+        text += empty;
+    }
+    EXPECT_EQ(read_all(folder.write("a.ptx", text)).size(), 6U);
+}
+
 TEST(Ptx, ColoursAreBytes) {
     const ScanFolder folder;
     const auto path = folder.write("a.ptx", "1\n2\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n" + kTurned +
                                                 "1 2 3 0.5 1 2 255\n0 0 0 0.5 0 0 0\n");
-    const std::vector<Attribute>& schema = open_source(path)->info().schema;
+    const std::unique_ptr<PointSource> source = open_source(path);
+    const std::vector<Attribute>& schema = source->info().schema;
     ASSERT_EQ(schema.size(), 7U);
     EXPECT_EQ(schema[6], (Attribute{"blue", ScalarType::kUint8, 1}));
     EXPECT_EQ(read_all_columns(path).columns[3],

@@ -93,13 +93,13 @@ class PtxSource final : public PointSource {
             --left_;
             return true;
         }
-        const bool more = lines_.next_with_text(line);
-        if (left_ == 0) {
+        bool more = lines_.next_with_text(line);
+        while (left_ == 0) {  // scans may be empty
             if (!more) {
                 return false;
             }
             begin_scan(line);
-            return next_cell(line);
+            more = lines_.next_with_text(line);
         }
         if (!more) {
             throw InputError(fmt::format(
