@@ -232,32 +232,33 @@ std::uint64_t emit_memory_bytes(std::uint64_t kept, const OutputParams& output,
            (attributes.measures ? Measures::memory_bytes(kept) : 0);
 }
 
-EmitResult emit(const SourceTable& sources, const Selection& selection, const EmitRequest& asked) {
-    const AttributePlan attributes = plan_output(sources.infos(), asked.output);
-    EmitRequest request = asked;
+EmitResult emit(const SourceTable& sources, const Selection& selection,
+                const EmitRequest& request) {
+    const AttributePlan attributes = plan_output(sources.infos(), request.output);
+    EmitRequest remaining = request;
     std::optional<Measures> measures;
     if (attributes.measures) {
         const std::uint64_t kept = selection.count();
-        require_memory(kept, emit_memory_bytes(kept, asked.output, attributes), asked);
-        request.memory_bytes -= Measures::memory_bytes(kept);
-        measures.emplace(sources, selection, asked.runs, asked.range_of, asked.threads);
+        require_memory(kept, emit_memory_bytes(kept, request.output, attributes), request);
+        remaining.memory_bytes -= Measures::memory_bytes(kept);
+        measures.emplace(sources, selection, request.runs, request.range_of, request.threads);
     }
     const KeptPoints kept{.sources = sources,
                           .selection = selection,
-                          .runs = request.runs,
+                          .runs = remaining.runs,
                           .attributes = attributes,
-                          .note = request.note,
-                          .staged = &request.staged,
+                          .note = remaining.note,
+                          .staged = &remaining.staged,
                           .measures = measures ? &*measures : nullptr};
-    switch (output_kind(request.output.path)) {
+    switch (output_kind(remaining.output.path)) {
         case OutputKind::kArchive:
-            return emit_archive(kept, request);
+            return emit_archive(kept, remaining);
         case OutputKind::kDraco:
-            return emit_draco(kept, request);
+            return emit_draco(kept, remaining);
         case OutputKind::kCloud:
             break;
     }
-    return emit_single_file(kept, request);
+    return emit_single_file(kept, remaining);
 }
 
 }  // namespace knap

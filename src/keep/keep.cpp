@@ -139,6 +139,7 @@ void find_held(const KeepExpression& expression, const SourceTable& sources,
     const std::vector<SourceInfo> infos = sources.infos();
     check_keep(expression, infos);
     std::vector<SourcePlan> plans;
+    plans.reserve(infos.size());
     for (const SourceInfo& info : infos) {
         plans.push_back(plan_source(expression, info));
     }
