@@ -101,4 +101,13 @@ void make_names_unique(std::vector<Attribute>& schema) {
     }
 }
 
+std::vector<std::size_t> value_sizes(const SourceInfo& info, std::span<const std::size_t> columns) {
+    std::vector<std::size_t> sizes;
+    sizes.reserve(columns.size());
+    for (const std::size_t column : columns) {
+        sizes.push_back(info.schema[column].value_size());
+    }
+    return sizes;
+}
+
 }  // namespace knap

@@ -36,6 +36,10 @@ class ColumnSelection {
     std::vector<std::size_t> value_sizes_;
 };
 
+/// Bytes of a point in each of some columns.
+/// @param columns  indices in the source's schema
+std::vector<std::size_t> value_sizes(const SourceInfo& info, std::span<const std::size_t> columns);
+
 /// Takes values of `size` bytes that lie `stride` bytes apart together.
 /// @param swap  the bytes of each value are reversed
 void copy_values(const std::byte* from, std::size_t stride, std::size_t n, std::byte* to,

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/threads.hpp"
+#include "input/columns.hpp"
 #include "knap/error.hpp"
 #include "store/column_file.hpp"
 
@@ -26,15 +27,6 @@ Chunk part_of(const Chunk& chunk, const SourceInfo& info, std::span<const std::s
         part.columns.push_back(cut(chunk.columns[i], info.schema[columns[i]].value_size()));
     }
     return part;
-}
-
-std::vector<std::size_t> value_sizes(const SourceInfo& info, std::span<const std::size_t> columns) {
-    std::vector<std::size_t> sizes;
-    sizes.reserve(columns.size());
-    for (const std::size_t column : columns) {
-        sizes.push_back(info.schema[column].value_size());
-    }
-    return sizes;
 }
 
 /// The next points of a staged file, told apart from what their consumer throws.

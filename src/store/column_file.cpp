@@ -9,6 +9,7 @@
 #include "base/bytes.hpp"
 #include "base/checksum.hpp"
 #include "knap/error.hpp"
+#include "store/as_scratch.hpp"
 
 namespace knap {
 
@@ -60,15 +61,6 @@ struct Buffer {
         }
     }
 };
-
-template <typename Read>
-auto as_scratch(const Read& read) {
-    try {
-        return read();
-    } catch (const InputError& error) {
-        throw StorageError(error.what());
-    }
-}
 
 }  // namespace
 

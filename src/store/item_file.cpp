@@ -7,6 +7,7 @@
 #include "base/bytes.hpp"
 #include "base/checksum.hpp"
 #include "knap/error.hpp"
+#include "store/as_scratch.hpp"
 
 namespace knap {
 
@@ -15,16 +16,6 @@ namespace {
 constexpr std::uint32_t kVersion = 1;
 constexpr std::size_t kHeaderSize = 16;
 constexpr std::size_t kBlockHeaderSize = 16;
-
-// A scratch file that cannot be read is the machine's fault, not the input's.
-template <typename Read>
-auto as_scratch(const Read& read) {
-    try {
-        return read();
-    } catch (const InputError& error) {
-        throw StorageError(error.what());
-    }
-}
 
 }  // namespace
 

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "input/columns.hpp"
+
 namespace knap {
 
 namespace {
@@ -14,15 +16,6 @@ constexpr std::uint64_t kFewestPoints = std::uint64_t{1} << 16;
 constexpr std::uint64_t kMostPoints = std::uint64_t{1} << 20;
 // Who reads columns back holds a block of all of them, and more beside it.
 constexpr std::size_t kBlockPoints = std::size_t{1} << 14;
-
-std::vector<std::size_t> value_sizes(const SourceInfo& info, std::span<const std::size_t> columns) {
-    std::vector<std::size_t> sizes;
-    sizes.reserve(columns.size());
-    for (const std::size_t column : columns) {
-        sizes.push_back(info.schema[column].value_size());
-    }
-    return sizes;
-}
 
 }  // namespace
 
